@@ -1,0 +1,5 @@
+//! The `ripstop` command.
+
+fn main() -> std::process::ExitCode {
+    ripstop::cli::main()
+}

@@ -1,0 +1,3 @@
+//! Text to tree: the splitter, the parser and the formatter.
+
+pub mod tree;
