@@ -1,0 +1,62 @@
+//! Actions in time, and contact.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Friction, Given, Selection, Signal};
+
+/// Holds nodes where they are.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Fix {
+    pub what: Given<Selection>,
+    /// Which of x, y, z are held.
+    pub axes: Given<[bool; 3]>,
+    /// s.
+    pub at: Given<f64>,
+    pub delay: Given<f64>,
+    pub when: Given<Signal>,
+    pub until: Option<Given<Signal>>,
+}
+
+/// Moves or loads nodes.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Pull {
+    pub what: Given<Selection>,
+    pub drive: Drive,
+    pub at: Given<f64>,
+    pub delay: Given<f64>,
+    pub when: Given<Signal>,
+    pub until: Option<Given<Signal>>,
+}
+
+/// `one of { velocity; force; tension }`: m/s vector, N vector (shared over the selection), or N/m outward along the
+/// yarn per width of edge (each yarn end takes tension × its pitch).
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Drive {
+    Velocity(Given<Signal>),
+    Force(Given<Signal>),
+    Tension(Given<Signal>),
+}
+
+/// What happens where two selections touch.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Contact {
+    pub between: Given<[Selection; 2]>,
+    pub restitution: Given<f64>,
+    /// Overrides the yarns' own friction.
+    pub friction: Option<Given<Friction>>,
+    pub model: Given<ContactModel>,
+    /// Use a body's bounding box, as the paper does.
+    pub r#box: Given<bool>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ContactModel {
+    /// Impulses on the true shapes.
+    Impulse,
+    /// Barauskas & Kuprys: responses between oriented boxes.
+    Paper,
+    Barrier,
+    None,
+}

@@ -1,0 +1,108 @@
+//! Running, writing, judging.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Given, Origin, Selection, Signal};
+
+/// How long, with what step and scheme.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Run {
+    pub extent: Extents,
+    /// m/s².
+    pub gravity: Given<[f64; 3]>,
+    pub step: Given<Step>,
+    pub integrator: Given<Integrator>,
+    /// Linear bulk viscosity coefficient (1).
+    pub bulk_viscosity: Given<f64>,
+    pub seed: Given<u64>,
+    pub precision: Given<Precision>,
+}
+
+/// `one of { duration; stages; solve }`: seconds, or a static equilibrium; stages wait.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Extents {
+    Duration(Given<f64>),
+    /// `solve = static`
+    Static(Given<bool>),
+    /// `stages = [sew, drop]`: by name; nothing runs them yet.
+    Stages(Given<Vec<String>>),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Step {
+    Auto,
+    /// s.
+    Fixed(f64),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Integrator {
+    Auto,
+    SymplecticEuler,
+    Leapfrog,
+    /// Declared in the language; nothing runs them yet.
+    Euler,
+    Rk4,
+    Implicit,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Precision {
+    F64,
+    F32,
+}
+
+/// Frames and probe files; `every` in s.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Record {
+    /// Parts whose frames are written, or readable outputs.
+    pub what: Given<Vec<Recorded>>,
+    pub every: Option<Given<f64>>,
+    /// `vtu`, `csv`, …
+    pub to: Given<Vec<String>>,
+}
+
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Recorded {
+    Parts(Selection),
+    Output(Signal),
+}
+
+/// A picture of parts at times (s); at the end where no time is given.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Picture {
+    pub what: Given<Vec<Selection>>,
+    pub view: Given<View>,
+    pub at: Option<Given<Vec<f64>>>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum View {
+    Isometric,
+    Top,
+    Front,
+    Side,
+    Below,
+    Other(String),
+}
+
+/// A named output, one number (or vector) a step.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Probe {
+    pub value: Given<Signal>,
+}
+
+/// A check on results.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Expect {
+    /// The doc above it, or the condition as written.
+    pub message: String,
+    pub condition: Signal,
+    pub origin: Origin,
+}
