@@ -1,1 +1,7 @@
-//! geometry
+//! Shapes without physics: solids and their distances, elliptic yarn sections, boxes and their tree, weave drafts and
+//! the yarn paths made from them. Plain numbers in SI units; the same input gives the same bits on every machine and
+//! any number of threads.
+
+pub mod section;
+pub mod segments;
+pub mod solid;
