@@ -2,6 +2,8 @@
 //! the yarn paths made from them. Plain numbers in SI units; the same input gives the same bits on every machine and
 //! any number of threads.
 
+pub mod obb;
+pub mod obb_moving;
 pub mod section;
 pub mod segments;
 pub mod solid;
