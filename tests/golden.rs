@@ -83,7 +83,8 @@ fn compare(golden: &Path, now: &str) -> Result<(), Failed> {
         std::fs::write(golden, now)?;
         return Ok(());
     }
-    let difference = similar::TextDiff::from_lines(then.as_str(), now).unified_diff().header("golden", "now").to_string();
+    let difference =
+        similar::TextDiff::from_lines(then.as_str(), now).unified_diff().header("golden", "now").to_string();
     Err(format!("{} differs:\n{difference}", golden.display()).into())
 }
 

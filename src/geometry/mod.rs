@@ -2,8 +2,13 @@
 //! the yarn paths made from them. Plain numbers in SI units; the same input gives the same bits on every machine and
 //! any number of threads.
 
-pub mod obb;
-pub mod obb_moving;
+pub mod draft;
+pub mod peirce;
 pub mod section;
 pub mod segments;
 pub mod solid;
+pub mod weave;
+pub mod wif;
+
+pub use solid::Solid;
+pub use weave::WeaveRecipe;
