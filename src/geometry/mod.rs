@@ -4,6 +4,8 @@
 
 pub mod obb;
 pub mod obb_moving;
+pub mod obb_tree;
+pub mod peirce;
 pub mod section;
 pub mod segments;
 pub mod solid;
