@@ -2,6 +2,7 @@
 //! the yarn paths made from them. Plain numbers in SI units; the same input gives the same bits on every machine and
 //! any number of threads.
 
+pub mod draft;
 pub mod obb;
 pub mod obb_moving;
 pub mod obb_tree;
@@ -9,3 +10,4 @@ pub mod peirce;
 pub mod section;
 pub mod segments;
 pub mod solid;
+pub mod wif;
