@@ -73,7 +73,8 @@ pub fn scene_files(paths: &[PathBuf]) -> std::io::Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     for path in paths {
         if path.is_dir() {
-            let mut entries = std::fs::read_dir(path)?.map(|entry| entry.map(|entry| entry.path())).collect::<Result<Vec<_>, _>>()?;
+            let mut entries =
+                std::fs::read_dir(path)?.map(|entry| entry.map(|entry| entry.path())).collect::<Result<Vec<_>, _>>()?;
             entries.sort();
             let wanted: Vec<_> = entries.into_iter().filter(|entry| entry.is_dir() || is_scene(entry)).collect();
             found.extend(scene_files(&wanted)?);

@@ -3,6 +3,9 @@
 //! any number of threads.
 
 pub mod draft;
+pub mod obb;
+pub mod obb_moving;
+pub mod obb_tree;
 pub mod peirce;
 pub mod section;
 pub mod segments;

@@ -1,208 +1,359 @@
-//! Reads WIF 1.1, the weavers' interchange format: an INI file with threading, tie-up and treadling or a lift plan.
-
-use std::collections::BTreeMap;
+//! Reads drafts from WIF 1.1, the weaving programs' common text format: sections of `key=value` lines.
 
 use super::draft::{Draft, DraftError};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
-/// What is wrong with a WIF file, and on which line (from 1).
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// What a WIF file says of a cloth.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Wif {
+    pub title: Option<String>,
+    pub draft: Draft,
+    pub warp: ThreadData,
+    pub weft: ThreadData,
+    /// Colour table, red, green and blue scaled to 0…1.
+    pub colours: BTreeMap<u16, [f64; 3]>,
+}
+
+/// Distances and thicknesses of one family, m; one value per thread where the file gives any.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct ThreadData {
+    pub spacing: Option<Vec<f64>>,
+    pub thickness: Option<Vec<f64>>,
+}
+
+/// What is wrong, and on which line (counted from 1; 0 for what is missing in the whole file).
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct WifError {
     pub line: usize,
-    pub message: String,
+    pub problem: WifProblem,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum WifProblem {
+    /// Neither a section, a `key=value` line nor a comment.
+    NotALine {
+        text: String,
+    },
+    /// `key=value` before the first section.
+    OutsideSection,
+    RepeatedSection {
+        name: String,
+    },
+    RepeatedKey {
+        key: String,
+    },
+    MissingSection {
+        name: &'static str,
+    },
+    /// CONTENTS promises a section that is not there.
+    PromisedSection {
+        name: String,
+    },
+    MissingKey {
+        section: &'static str,
+        key: &'static str,
+    },
+    NotANumber {
+        value: String,
+    },
+    NotTrueOrFalse {
+        value: String,
+    },
+    NotAUnit {
+        value: String,
+    },
+    /// A thread, treadle or colour number outside its range.
+    OutOfRange {
+        what: &'static str,
+        value: usize,
+        most: usize,
+    },
+    BadColour {
+        value: String,
+    },
+    /// More threads than a draft of this program holds.
+    TooLarge {
+        threads: usize,
+        most: usize,
+    },
+    Draft(DraftError),
 }
 
 impl std::fmt::Display for WifError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "line {}: {}", self.line, self.message)
+        if self.line > 0 {
+            write!(f, "line {}: ", self.line)?;
+        }
+        match &self.problem {
+            WifProblem::NotALine { text } => write!(f, "`{text}` is neither [a section] nor key=value"),
+            WifProblem::OutsideSection => write!(f, "this line stands before the first [section]"),
+            WifProblem::RepeatedSection { name } => write!(f, "the section [{name}] stands twice"),
+            WifProblem::RepeatedKey { key } => write!(f, "the key {key} stands twice in its section"),
+            WifProblem::MissingSection { name } => write!(f, "the section [{name}] is missing"),
+            WifProblem::PromisedSection { name } => write!(f, "CONTENTS promises [{name}], which is not there"),
+            WifProblem::MissingKey { section, key } => write!(f, "[{section}] needs {key}"),
+            WifProblem::NotANumber { value } => write!(f, "`{value}` is not a number that fits here"),
+            WifProblem::NotTrueOrFalse { value } => write!(f, "`{value}` is neither true nor false"),
+            WifProblem::NotAUnit { value } => {
+                write!(f, "`{value}` is no unit; WIF knows Decipoints, Inches and Centimeters")
+            }
+            WifProblem::OutOfRange { what, value, most } => write!(f, "{what} {value} is not in 1 to {most}"),
+            WifProblem::BadColour { value } => write!(f, "`{value}` is no colour of red, green, blue"),
+            WifProblem::TooLarge { threads, most } => write!(f, "{threads} threads are more than {most}"),
+            WifProblem::Draft(e) => write!(f, "{e}"),
+        }
     }
 }
 
 impl std::error::Error for WifError {}
 
-struct Entry {
-    line: usize,
-    value: String,
+fn err<T>(line: usize, problem: WifProblem) -> Result<T, WifError> {
+    Err(WifError { line, problem })
 }
 
-/// Sections and keys are compared without regard to case.
+/// The most ends, picks, shafts or treadles read; a cloth's repeat is far smaller.
+const MOST: usize = 20_000;
+/// The most crossings of one repeat.
+const MOST_CROSSINGS: usize = 16_000_000;
+
+/// A section's keys in lower case with their line and value.
 struct Section {
     line: usize,
-    entries: BTreeMap<String, Entry>,
+    keys: BTreeMap<String, (usize, String)>,
 }
 
 type Sections = BTreeMap<String, Section>;
 
-/// The draft of a WIF file. Threads that a section leaves out take no shaft (an end) or no treadle (a pick), colours that
-/// are left out take the section's default.
-///
-/// # Errors
-/// A line that is neither section nor `key = value`, a missing section, a number that is none, a shaft that does not exist.
-pub fn read(text: &str) -> Result<Draft, WifError> {
-    let sections = split(text)?;
-    if !sections.contains_key("wif") {
-        return Err(WifError { line: 1, message: "not a WIF file: it has no [WIF] section".into() });
+/// Reads the text of a WIF file. Missing threads take the defaults of the format; private and unknown sections are
+/// passed over; `Rising Shed=false` turns the draft over.
+pub fn read(text: &str) -> Result<Wif, WifError> {
+    let sections = sections(text)?;
+    check_contents(&sections)?;
+    let weaving = need(&sections, "WEAVING")?;
+    let warp = need(&sections, "WARP")?;
+    let weft = need(&sections, "WEFT")?;
+    let ends = count(warp, "WARP", "threads")?;
+    let picks = count(weft, "WEFT", "threads")?;
+    if ends.saturating_mul(picks) > MOST_CROSSINGS {
+        return err(weft.line, WifProblem::TooLarge { threads: picks, most: MOST_CROSSINGS / ends.max(1) });
     }
-    let ends = thread_count(&sections, "warp")?;
-    let picks = thread_count(&sections, "weft")?;
-    let threading = shafts_of(&sections, "threading", ends)?;
-    let lifts = lifts(&sections, picks)?;
-    let mut rows = Vec::with_capacity(lifts.len());
-    for lift in &lifts {
-        rows.push(threading.iter().map(|shafts| shafts.iter().any(|shaft| lift.contains(shaft))).collect::<Vec<bool>>());
-    }
-    let at = section(&sections, "threading")?.line;
-    let mut draft = Draft::from_rows(&rows).map_err(|error: DraftError| WifError { line: at, message: error.to_string() })?;
-    // A sinking shed lowers what is tied; the default of WIF is a rising one.
-    if let Some(entry) = sections.get("weaving").and_then(|weaving| weaving.entries.get("rising shed"))
-        && !truth(entry)?
-    {
+    let shafts = count(weaving, "WEAVING", "shafts")?;
+    let mut draft = drawdown(&sections, weaving, [ends, picks, shafts])?;
+    if !flag(weaving, "rising shed", true)? {
         draft = draft.inverse();
     }
-    draft.end_colours = colours(&sections, "warp", ends)?;
-    draft.pick_colours = colours(&sections, "weft", picks)?;
-    Ok(draft)
+    draft.end_colours = colours(&sections, warp, "WARP COLORS", ends)?;
+    draft.pick_colours = colours(&sections, weft, "WEFT COLORS", picks)?;
+    Ok(Wif {
+        title: sections.get("TEXT").and_then(|s| s.keys.get("title")).map(|v| v.1.clone()),
+        draft,
+        warp: threads(&sections, warp, ["WARP SPACING", "WARP THICKNESS"], ends)?,
+        weft: threads(&sections, weft, ["WEFT SPACING", "WEFT THICKNESS"], picks)?,
+        colours: palette(&sections)?,
+    })
 }
 
-fn split(text: &str) -> Result<Sections, WifError> {
-    let mut sections = Sections::new();
-    let mut open: Option<String> = None;
-    for (at, raw) in text.lines().enumerate() {
-        let line = at + 1;
-        let content = raw.split(';').next().unwrap_or("").trim();
-        if content.is_empty() {
+fn sections(text: &str) -> Result<Sections, WifError> {
+    let mut all = Sections::new();
+    let mut current: Option<String> = None;
+    for (index, raw) in text.trim_start_matches('\u{feff}').lines().enumerate() {
+        let (line, content) = (index + 1, raw.trim());
+        if content.is_empty() || content.starts_with(';') {
             continue;
         }
-        if let Some(name) = content.strip_prefix('[') {
-            let name = name.strip_suffix(']').ok_or_else(|| WifError { line, message: "a section needs a closing `]`".into() })?;
-            let name = name.trim().to_ascii_lowercase();
-            sections.entry(name.clone()).or_insert_with(|| Section { line, entries: BTreeMap::new() });
-            open = Some(name);
+        if let Some(inner) = content.strip_prefix('[').and_then(|c| c.strip_suffix(']')) {
+            let name = inner.trim().to_ascii_uppercase();
+            if all.insert(name.clone(), Section { line, keys: BTreeMap::new() }).is_some() {
+                return err(line, WifProblem::RepeatedSection { name });
+            }
+            current = Some(name);
             continue;
         }
         let Some((key, value)) = content.split_once('=') else {
-            return Err(WifError { line, message: "neither a `[SECTION]` nor `key=value`".into() });
+            return err(line, WifProblem::NotALine { text: content.chars().take(40).collect() });
         };
-        let Some(section) = open.as_ref().and_then(|name| sections.get_mut(name)) else {
-            return Err(WifError { line, message: "a value before the first `[SECTION]`".into() });
+        let Some(section) = current.as_ref().and_then(|name| all.get_mut(name)) else {
+            return err(line, WifProblem::OutsideSection);
         };
-        section.entries.insert(key.trim().to_ascii_lowercase(), Entry { line, value: value.trim().to_string() });
-    }
-    Ok(sections)
-}
-
-fn section<'a>(sections: &'a Sections, name: &str) -> Result<&'a Section, WifError> {
-    sections.get(name).ok_or_else(|| WifError { line: 1, message: format!("it has no [{}] section", name.to_ascii_uppercase()) })
-}
-
-fn thread_count(sections: &Sections, name: &str) -> Result<u32, WifError> {
-    let section = section(sections, name)?;
-    let entry = section.entries.get("threads").ok_or_else(|| WifError {
-        line: section.line,
-        message: format!("[{}] does not say how many Threads it has", name.to_ascii_uppercase()),
-    })?;
-    number(&entry.value, entry.line)
-}
-
-/// For each thread from 1, the numbers that the section lists for it; none where it lists nothing.
-fn shafts_of(sections: &Sections, name: &str, threads: u32) -> Result<Vec<Vec<u32>>, WifError> {
-    let section = section(sections, name)?;
-    let mut lists = vec![Vec::new(); threads as usize];
-    for (key, entry) in &section.entries {
-        let thread = number(key, entry.line)?;
-        let Some(list) = thread.checked_sub(1).and_then(|at| lists.get_mut(at as usize)) else {
-            return Err(WifError { line: entry.line, message: format!("there is no thread {thread}: they count from 1 to {threads}") });
-        };
-        *list = numbers(entry)?;
-        // 0 means "none" in WIF.
-        list.retain(|number| *number != 0);
-    }
-    Ok(lists)
-}
-
-/// The shafts lifted at each pick: from the lift plan, or from treadling and tie-up.
-fn lifts(sections: &Sections, picks: u32) -> Result<Vec<Vec<u32>>, WifError> {
-    if sections.contains_key("liftplan") {
-        return shafts_of(sections, "liftplan", picks);
-    }
-    let treadling = shafts_of(sections, "treadling", picks)?;
-    let most = treadling.iter().flatten().copied().max().unwrap_or(0);
-    let listed = section(sections, "tieup")?.entries.keys().filter_map(|key| key.parse().ok()).max().unwrap_or(0);
-    let tie_up = shafts_of(sections, "tieup", most.max(listed))?;
-    Ok(treadling
-        .iter()
-        .map(|treadles| treadles.iter().flat_map(|treadle| tie_up[*treadle as usize - 1].iter().copied()).collect())
-        .collect())
-}
-
-fn colours(sections: &Sections, name: &str, threads: u32) -> Result<Vec<u32>, WifError> {
-    let default = match section(sections, name)?.entries.get("color") {
-        Some(entry) => numbers(entry)?.first().copied().unwrap_or(1),
-        None => 1,
-    };
-    let mut colours = vec![default; threads as usize];
-    if let Some(section) = sections.get(&format!("{name} colors")) {
-        for (key, entry) in &section.entries {
-            let thread = number(key, entry.line)?;
-            let colour = number(&entry.value, entry.line)?;
-            let Some(known) = thread.checked_sub(1).and_then(|at| colours.get_mut(at as usize)) else {
-                return Err(WifError { line: entry.line, message: format!("there is no thread {thread}: they count from 1 to {threads}") });
-            };
-            *known = colour;
+        let key = key.trim().to_ascii_lowercase();
+        if section.keys.insert(key.clone(), (line, value.trim().to_owned())).is_some() {
+            return err(line, WifProblem::RepeatedKey { key });
         }
     }
-    Ok(colours)
+    if !all.contains_key("WIF") {
+        return err(0, WifProblem::MissingSection { name: "WIF" });
+    }
+    Ok(all)
 }
 
-fn numbers(entry: &Entry) -> Result<Vec<u32>, WifError> {
-    entry.value.split(',').map(|text| number(text.trim(), entry.line)).collect()
+fn check_contents(sections: &Sections) -> Result<(), WifError> {
+    for (key, (line, value)) in &need(sections, "CONTENTS")?.keys {
+        let name = key.to_ascii_uppercase();
+        if boolean(*line, value)? && !sections.contains_key(&name) {
+            return err(*line, WifProblem::PromisedSection { name });
+        }
+    }
+    Ok(())
 }
 
-fn number(text: &str, line: usize) -> Result<u32, WifError> {
-    text.parse().map_err(|_| WifError { line, message: format!("`{text}` is not a whole number") })
+fn need<'a>(sections: &'a Sections, name: &'static str) -> Result<&'a Section, WifError> {
+    sections.get(name).ok_or(WifError { line: 0, problem: WifProblem::MissingSection { name } })
 }
 
-fn truth(entry: &Entry) -> Result<bool, WifError> {
-    match entry.value.to_ascii_lowercase().as_str() {
+fn boolean(line: usize, value: &str) -> Result<bool, WifError> {
+    match value.to_ascii_lowercase().as_str() {
         "true" | "yes" | "on" | "1" => Ok(true),
         "false" | "no" | "off" | "0" => Ok(false),
-        other => Err(WifError { line: entry.line, message: format!("`{other}` is neither true nor false") }),
+        _ => err(line, WifProblem::NotTrueOrFalse { value: value.to_owned() }),
     }
+}
+
+fn flag(section: &Section, key: &str, default: bool) -> Result<bool, WifError> {
+    section.keys.get(key).map_or(Ok(default), |(line, value)| boolean(*line, value))
+}
+
+fn whole(line: usize, value: &str) -> Result<usize, WifError> {
+    value.trim().parse().or_else(|_| err(line, WifProblem::NotANumber { value: value.to_owned() }))
+}
+
+fn real(line: usize, value: &str) -> Result<f64, WifError> {
+    match value.trim().parse::<f64>() {
+        Ok(x) if x.is_finite() && x >= 0.0 => Ok(x),
+        _ => err(line, WifProblem::NotANumber { value: value.to_owned() }),
+    }
+}
+
+fn count(section: &Section, name: &'static str, key: &'static str) -> Result<usize, WifError> {
+    let Some((line, value)) = section.keys.get(key) else {
+        return err(section.line, WifProblem::MissingKey { section: name, key });
+    };
+    let threads = whole(*line, value)?;
+    if threads > MOST {
+        return err(*line, WifProblem::TooLarge { threads, most: MOST });
+    }
+    Ok(threads)
+}
+
+/// Lists of numbers keyed by a thread number in 1…`n`; missing ones are empty, and so is a 0.
+fn lists(section: &Section, what: &'static str, n: usize) -> Result<Vec<Vec<usize>>, WifError> {
+    let mut out = vec![Vec::new(); n];
+    for (key, (line, value)) in &section.keys {
+        let index = place(*line, key, what, n)?;
+        for part in value.split(',').filter(|part| !part.trim().is_empty()) {
+            let number = whole(*line, part)?;
+            if number > 0 {
+                out[index].push(number);
+            }
+        }
+    }
+    Ok(out)
+}
+
+fn place(line: usize, key: &str, what: &'static str, n: usize) -> Result<usize, WifError> {
+    let value = whole(line, key)?;
+    if (1..=n).contains(&value) { Ok(value - 1) } else { err(line, WifProblem::OutOfRange { what, value, most: n }) }
+}
+
+fn drawdown(sections: &Sections, weaving: &Section, [ends, picks, shafts]: [usize; 3]) -> Result<Draft, WifError> {
+    let threading_section = need(sections, "THREADING")?;
+    let threading = lists(threading_section, "end", ends)?;
+    // A lift plan says the same as tie-up and treadling, and more directly.
+    if let Some(plan) = sections.get("LIFTPLAN") {
+        let lifts = lists(plan, "pick", picks)?;
+        let drawn = Draft::from_lift_plan(shafts, &threading, &lifts);
+        return drawn.or_else(|e| err(blame(&e, &[threading_section, plan]), WifProblem::Draft(e)));
+    }
+    let (tie_section, tread_section) = (need(sections, "TIEUP")?, need(sections, "TREADLING")?);
+    let treadles = count(weaving, "WEAVING", "treadles")?;
+    let tie_up = lists(tie_section, "treadle", treadles)?;
+    let treadling = lists(tread_section, "pick", picks)?;
+    let drawn = Draft::from_treadling(shafts, &threading, &tie_up, &treadling);
+    drawn.or_else(|e| err(blame(&e, &[threading_section, tie_section, tread_section]), WifProblem::Draft(e)))
+}
+
+/// The first line among the sections that holds the number the draft complains of.
+fn blame(error: &DraftError, sections: &[&Section]) -> usize {
+    let (number, searched) = match error {
+        DraftError::NoSuchShaft { shaft, .. } => (*shaft, &sections[..2]),
+        DraftError::NoSuchTreadle { treadle, .. } => (*treadle, &sections[sections.len() - 1..]),
+        _ => return sections[0].line,
+    };
+    let holds = |value: &str| value.split(',').any(|part| part.trim().parse() == Ok(number));
+    let lines = searched.iter().flat_map(|s| s.keys.values()).filter(|(_, value)| holds(value)).map(|(line, _)| *line);
+    lines.min().unwrap_or(sections[0].line)
+}
+
+fn colours(sections: &Sections, family: &Section, name: &str, n: usize) -> Result<Vec<u16>, WifError> {
+    let index = |line: usize, value: &str| -> Result<u16, WifError> {
+        // `Color=2,255,0,0` also gives the colour itself; the index stands first.
+        let number = whole(line, value.split(',').next().unwrap_or(value))?;
+        if number > 999 {
+            err(line, WifProblem::OutOfRange { what: "colour", value: number, most: 999 })
+        } else {
+            Ok(number as u16)
+        }
+    };
+    let default = family.keys.get("color").map_or(Ok(1), |(line, value)| index(*line, value))?;
+    let mut out = vec![default; n];
+    if let Some(section) = sections.get(name) {
+        for (key, (line, value)) in &section.keys {
+            out[place(*line, key, "thread", n)?] = index(*line, value)?;
+        }
+    }
+    Ok(out)
+}
+
+/// Metres per unit of a family; a decipoint is 1/720 inch.
+fn unit(family: &Section) -> Result<f64, WifError> {
+    let Some((line, value)) = family.keys.get("units") else { return Ok(0.0254 / 720.0) };
+    match value.to_ascii_lowercase().as_str() {
+        "decipoints" => Ok(0.0254 / 720.0),
+        "inches" => Ok(0.0254),
+        "centimeters" => Ok(0.01),
+        _ => err(*line, WifProblem::NotAUnit { value: value.clone() }),
+    }
+}
+
+fn threads(sections: &Sections, family: &Section, names: [&str; 2], n: usize) -> Result<ThreadData, WifError> {
+    let scale = unit(family)?;
+    let one = |key: &str, name: &str| -> Result<Option<Vec<f64>>, WifError> {
+        let default = family.keys.get(key).map(|(line, value)| real(*line, value)).transpose()?;
+        let each = sections.get(name);
+        if default.is_none() && each.is_none() {
+            return Ok(None);
+        }
+        let mut out = vec![default.unwrap_or(0.0) * scale; n];
+        for (number, (line, value)) in each.into_iter().flat_map(|s| &s.keys) {
+            out[place(*line, number, "thread", n)?] = real(*line, value)? * scale;
+        }
+        Ok(Some(out))
+    };
+    Ok(ThreadData { spacing: one("spacing", names[0])?, thickness: one("thickness", names[1])? })
+}
+
+fn palette(sections: &Sections) -> Result<BTreeMap<u16, [f64; 3]>, WifError> {
+    let mut out = BTreeMap::new();
+    let Some(table) = sections.get("COLOR TABLE") else { return Ok(out) };
+    let range = sections.get("COLOR PALETTE").and_then(|s| s.keys.get("range"));
+    let (low, high) = match range {
+        None => (0.0, 255.0),
+        Some((line, value)) => match value.split_once(',') {
+            Some((low, high)) => (real(*line, low)?, real(*line, high)?),
+            None => return err(*line, WifProblem::NotANumber { value: value.clone() }),
+        },
+    };
+    for (key, (line, value)) in &table.keys {
+        let index = whole(*line, key)?;
+        let parts: Vec<&str> = value.split(',').collect();
+        let ([r, g, b], 0..=999) = (parts.as_slice(), index) else {
+            return err(*line, WifProblem::BadColour { value: value.clone() });
+        };
+        let scaled = |part: &str| real(*line, part).map(|x| ((x - low) / (high - low).max(1e-9)).clamp(0.0, 1.0));
+        out.insert(index as u16, [scaled(r)?, scaled(g)?, scaled(b)?]);
+    }
+    Ok(out)
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const TWILL: &str = "[WIF]\nVersion=1.1\n[WEAVING]\nShafts=4\nTreadles=4\nRising Shed=yes\n[WARP]\nThreads=4\nColor=2\n\
-        [WEFT]\nThreads=4\n[WARP COLORS]\n3=5\n[THREADING]\n1=1\n2=2\n3=3\n4=4\n[TIEUP]\n1=1,2\n2=2,3\n3=3,4\n4=1,4\n\
-        [TREADLING]\n1=1\n2=2\n3=3\n4=4\n";
-
-    #[test]
-    fn reads_tie_up_and_treadling() {
-        let draft = read(TWILL).unwrap();
-        assert_eq!(draft.up, Draft::twill(2, 2, 1).unwrap().up);
-        assert_eq!(draft.end_colours, [2, 2, 5, 2]);
-        assert_eq!(draft.pick_colours, [1, 1, 1, 1]);
-    }
-
-    #[test]
-    fn a_sinking_shed_is_the_inverse() {
-        let sinking = read(&TWILL.replace("Rising Shed=yes", "Rising Shed=0")).unwrap();
-        assert_eq!(sinking.up, Draft::twill(2, 2, 1).unwrap().inverse().up);
-    }
-
-    #[test]
-    fn reads_a_lift_plan_with_missing_threads() {
-        let text = "[WIF]\nVersion=1.1\n[WARP]\nThreads=3\n[WEFT]\nThreads=2\n[THREADING]\n1=1\n3=2\n[LIFTPLAN]\n1=1\n2=2\n";
-        let draft = read(text).unwrap();
-        assert_eq!(draft.up, [true, false, false, false, false, true]);
-    }
-
-    #[test]
-    fn errors_carry_their_line() {
-        assert_eq!(read("[WIF]\nVersion=1.1\nnonsense\n").unwrap_err().line, 3);
-        assert_eq!(read(&TWILL.replace("2=2,3", "2=2,x")).unwrap_err().line, 20);
-        assert_eq!(read(&TWILL.replace("[THREADING]\n1=1", "[THREADING]\n9=1")).unwrap_err().line, 15);
-        assert!(read("[WEAVING]\n").unwrap_err().message.contains("[WIF]"));
-    }
-}
+mod tests;

@@ -11,11 +11,9 @@ pub fn evaluate(signal: &Signal, at: DVec3) -> Option<DVec3> {
         Signal::Number(value) => scalar(*value),
         Signal::Truth(value) => scalar(f64::from(u8::from(*value))),
         Signal::Rest(axis) => scalar(at[*axis as usize]),
-        Signal::Vector(parts) => Some(DVec3::new(
-            evaluate(&parts[0], at)?.x,
-            evaluate(&parts[1], at)?.x,
-            evaluate(&parts[2], at)?.x,
-        )),
+        Signal::Vector(parts) => {
+            Some(DVec3::new(evaluate(&parts[0], at)?.x, evaluate(&parts[1], at)?.x, evaluate(&parts[2], at)?.x))
+        }
         Signal::Component(of, axis) => scalar(evaluate(of, at)?[*axis as usize]),
         Signal::Unary(function, of) => Some(unary(*function, evaluate(of, at)?)),
         Signal::Binary(function, a, b) => Some(binary(*function, evaluate(a, at)?, evaluate(b, at)?)),

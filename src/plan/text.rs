@@ -34,7 +34,11 @@ impl Plan {
                 Recipe::Strand { .. } => "one chain",
                 Recipe::Bodies(_) => "rigid bodies",
             };
-            let nodes = if domain.nodes > 0 { format!(", {} nodes in blocks of {}", domain.nodes, domain.block) } else { String::new() };
+            let nodes = if domain.nodes > 0 {
+                format!(", {} nodes in blocks of {}", domain.nodes, domain.block)
+            } else {
+                String::new()
+            };
             let pieces = if matches!(domain.recipe, Recipe::Bodies(_)) { "bodies" } else { "yarns" };
             line(out, 1, &format!("{}: {what}, {} {pieces}{nodes}", domain.name, domain.pieces));
         }
@@ -65,7 +69,7 @@ impl Plan {
     }
 
     fn write_node(&self, out: &mut String, node: &Node, depth: usize) {
-        let mut within = |title: String, children: &[&Node], out: &mut String| {
+        let within = |title: String, children: &[&Node], out: &mut String| {
             line(out, depth, &title);
             for child in children {
                 self.write_node(out, child, depth + 1);
@@ -78,7 +82,11 @@ impl Plan {
                     Some(duration) => format!("for {} us", duration * 1e6),
                     None => "until it settles".to_string(),
                 };
-                within(format!("run in steps of {:.5} ns {until}, at most {most_steps} steps", step * 1e9), &[each], out);
+                within(
+                    format!("run in steps of {:.5} ns {until}, at most {most_steps} steps", step * 1e9),
+                    &[each],
+                    out,
+                );
             }
             Node::Pass(id) => {
                 let pass = &self.body.passes[id.0 as usize];
@@ -121,7 +129,8 @@ impl Plan {
             let text = match sink {
                 Sink::Probe { name, .. } => format!("probe {name}"),
                 Sink::Frames { domains, every, .. } => {
-                    let names: Vec<_> = domains.iter().map(|id| self.body.domains[id.0 as usize].name.as_str()).collect();
+                    let names: Vec<_> =
+                        domains.iter().map(|id| self.body.domains[id.0 as usize].name.as_str()).collect();
                     format!("frames of {} every {} us", names.join(", "), every * 1e6)
                 }
                 Sink::Picture { name, at, .. } => format!("picture {name}, {} times", at.len()),
@@ -147,7 +156,11 @@ impl Plan {
             line(out, 1, &text);
         }
         let advice = &self.advice;
-        line(out, 1, &format!("{} nodes, {} steps, about {:.1} MB", advice.nodes, advice.steps, advice.memory as f64 / 1e6));
+        line(
+            out,
+            1,
+            &format!("{} nodes, {} steps, about {:.1} MB", advice.nodes, advice.steps, advice.memory as f64 / 1e6),
+        );
         line(out, 1, &format!("about {:.1} s (cost table {}, an estimate)", advice.seconds, super::cost::TABLE));
     }
 }

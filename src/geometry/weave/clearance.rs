@@ -66,15 +66,14 @@ fn tube(paths: &WeavePaths, segment: usize, section: Section) -> Tube {
     Tube::new(paths.positions[segment], paths.positions[segment + 1], paths.thickness_axis[segment], section)
 }
 
-/// The refusal of a crossing, with the spacing that Peirce's jam curve asks for.
+/// The refusal of a crossing, with the spacing that Peirce's geometry asks for.
 fn jammed(recipe: &WeaveRecipe, end: u32, pick: u32) -> WeaveError {
-    let d = recipe.section(Family::Warp, end).half_thickness + recipe.section(Family::Weft, pick).half_thickness;
-    let (family, spacing, other) = if recipe.pick_spacing <= recipe.end_spacing {
-        (Family::Weft, recipe.pick_spacing, recipe.end_spacing)
-    } else {
-        (Family::Warp, recipe.end_spacing, recipe.pick_spacing)
-    };
-    // A polyline needs a little more room than Peirce's arcs; say at least what was asked for.
-    let needed = peirce::least_spacing(other, d).max(1.05 * spacing);
-    WeaveError::Jammed { family, spacing, needed }
+    // Peirce's D is the sum of both diameters, his height runs from peak to trough.
+    let half = recipe.section(Family::Warp, end).half_thickness + recipe.section(Family::Weft, pick).half_thickness;
+    let needed = |share: f64| peirce::jam_spacing(2.0 * half * share, 2.0 * half);
+    let warp = (Family::Weft, recipe.pick_spacing, needed(recipe.warp_share));
+    let weft = (Family::Warp, recipe.end_spacing, needed(1.0 - recipe.warp_share));
+    let (family, spacing, needed) = if warp.1 / warp.2 <= weft.1 / weft.2 { warp } else { weft };
+    // A polyline needs a little more room than Peirce's arcs, so never name less than what was asked for.
+    WeaveError::Jammed { family, spacing, needed: needed.max(1.05 * spacing) }
 }

@@ -140,8 +140,8 @@ impl WeaveRecipe {
     /// Which side a yarn of a family is on where it meets a crossing thread: +1 above.
     fn side(&self, family: Family, thread: u32, crossing: u32) -> f64 {
         let over = match family {
-            Family::Warp => self.draft.warp_over(thread, crossing),
-            Family::Weft => !self.draft.warp_over(crossing, thread),
+            Family::Warp => self.draft.warp_over(i64::from(thread), i64::from(crossing)),
+            Family::Weft => !self.draft.warp_over(i64::from(crossing), i64::from(thread)),
         };
         if over { 1.0 } else { -1.0 }
     }
@@ -205,7 +205,8 @@ fn place(recipe: &WeaveRecipe, heights: &Heights) -> WeavePaths {
         let (threads, crossings) = recipe.counts(family);
         let spacing = recipe.crossing_spacing(family);
         for thread in 0..threads {
-            let heights: Vec<f64> = (0..crossings).map(|crossing| heights.of(recipe, family, thread, crossing)).collect();
+            let heights: Vec<f64> =
+                (0..crossings).map(|crossing| heights.of(recipe, family, thread, crossing)).collect();
             let first = paths.positions.len();
             for node in 0..recipe.nodes_of(family) {
                 let along = along_yarn(recipe, family, node);
@@ -290,7 +291,7 @@ fn crossings(recipe: &WeaveRecipe) -> Vec<Crossing> {
                 pick,
                 warp_segment: recipe.first_node(Family::Warp, end) + pick as usize * n + middle,
                 weft_segment: recipe.first_node(Family::Weft, pick) + end as usize * n + middle,
-                warp_over: recipe.draft.warp_over(end, pick),
+                warp_over: recipe.draft.warp_over(i64::from(end), i64::from(pick)),
             });
         }
     }

@@ -38,7 +38,7 @@ fn middle(cell: &WeaveRecipe) -> Result<Block, WeaveError> {
         // One whole repeat after the middle one must be there to measure the period.
         (repeats >= 2).then(|| (repeats - 1) / 2 * repeat)
     };
-    match (start(cell.ends, cell.draft.ends), start(cell.picks, cell.draft.picks)) {
+    match (start(cell.ends, cell.draft.ends as u32), start(cell.picks, cell.draft.picks as u32)) {
         (Some(end), Some(pick)) => Ok(Block { end, pick }),
         _ => Err(WeaveError::Empty { what: "second repeat in the patch" }),
     }
@@ -71,8 +71,8 @@ pub fn relaxed_period(cell: &WeaveRecipe, positions: &[DVec3]) -> Result<[f64; 2
 /// For a family: threads in the block, the first of them, the first crossing, and the crossings in a repeat.
 fn sides(cell: &WeaveRecipe, family: Family, block: Block) -> (u32, u32, u32, u32) {
     match family {
-        Family::Warp => (cell.draft.ends, block.end, block.pick, cell.draft.picks),
-        Family::Weft => (cell.draft.picks, block.pick, block.end, cell.draft.ends),
+        Family::Warp => (cell.draft.ends as u32, block.end, block.pick, cell.draft.picks as u32),
+        Family::Weft => (cell.draft.picks as u32, block.pick, block.end, cell.draft.ends as u32),
     }
 }
 
@@ -84,7 +84,11 @@ pub fn tile(cell: &WeaveRecipe, relaxed: Relaxed<'_>, repeats: [u32; 2]) -> Resu
     let block = middle(cell)?;
     let woven = unfold(cell)?;
     let [period_x, period_y] = relaxed_period(cell, relaxed.positions)?;
-    let ply = WeaveRecipe { ends: cell.draft.ends * repeats[0], picks: cell.draft.picks * repeats[1], ..cell.clone() };
+    let ply = WeaveRecipe {
+        ends: cell.draft.ends as u32 * repeats[0],
+        picks: cell.draft.picks as u32 * repeats[1],
+        ..cell.clone()
+    };
     let mut tiled = Tiled { paths: WeavePaths::default(), half_thickness: Vec::with_capacity(ply.node_count()) };
     for family in [Family::Warp, Family::Weft] {
         let (threads, first, _, _) = sides(cell, family, block);
@@ -95,7 +99,14 @@ pub fn tile(cell: &WeaveRecipe, relaxed: Relaxed<'_>, repeats: [u32; 2]) -> Resu
             for thread in 0..threads {
                 let source = RepeatOf { cell, relaxed, woven: &woven, family, thread: first + thread, block };
                 let shift = periods[0] * f64::from(copy);
-                source.copy(&mut tiled, shift, periods[1], along_repeats, copy * threads + thread, ply.nodes_of(family));
+                source.copy(
+                    &mut tiled,
+                    shift,
+                    periods[1],
+                    along_repeats,
+                    copy * threads + thread,
+                    ply.nodes_of(family),
+                );
             }
         }
     }
@@ -143,7 +154,8 @@ impl RepeatOf<'_> {
         }
         debug_assert!(nodes <= copies as usize * length + 1);
         let nodes = first..tiled.paths.positions.len();
-        let path: f64 = nodes.clone().skip(1).map(|i| tiled.paths.positions[i].distance(tiled.paths.positions[i - 1])).sum();
+        let path: f64 =
+            nodes.clone().skip(1).map(|i| tiled.paths.positions[i].distance(tiled.paths.positions[i - 1])).sum();
         let span = tiled.paths.positions[first].distance(tiled.paths.positions[nodes.end - 1]);
         tiled.paths.yarns.push(YarnPath { family: self.family, thread, nodes, crimp: path / span - 1.0 });
     }

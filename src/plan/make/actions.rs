@@ -86,10 +86,9 @@ impl Maker<'_> {
         let unfolded = &self.unfolded[domain.0 as usize];
         let mut nodes = unfolded.walk(&term.path).ok_or_else(|| {
             let message = format!("this part of `{}` cannot be selected yet", item.name);
-            Box::new(
-                Diagnostic::error("E0806", message, term.span, "")
-                    .note("Yarns have `edges` (`.left .right .top .bottom`), `ends`, `picks`, `tips`, `nodes` and indices."),
-            )
+            Box::new(Diagnostic::error("E0806", message, term.span, "").note(
+                "Yarns have `edges` (`.left .right .top .bottom`), `ends`, `picks`, `tips`, `nodes` and indices.",
+            ))
         })?;
         if let Some(filter) = &term.filter {
             nodes.retain(|node| holds(filter, unfolded.positions[*node as usize]));
@@ -105,8 +104,13 @@ impl Maker<'_> {
             let tips = unfolded.tips();
             let stray = set.ranges.iter().any(|[from, to]| (*from..*to).any(|node| tips.binary_search(&node).is_err()));
             if stray {
-                let found = Diagnostic::error("E0807", "tension pulls at yarn ends", pull.what.span(), "holds nodes that are not ends")
-                    .note("Select `.tips`, such as `[ply.ends.tips, ply.picks.tips]`.");
+                let found = Diagnostic::error(
+                    "E0807",
+                    "tension pulls at yarn ends",
+                    pull.what.span(),
+                    "holds nodes that are not ends",
+                )
+                .note("Select `.tips`, such as `[ply.ends.tips, ply.picks.tips]`.");
                 self.diagnostics.push(found);
                 return None;
             }

@@ -45,11 +45,8 @@ impl Maker<'_> {
     }
 
     fn default_rules(&mut self) -> Vec<ContactRule> {
-        let sides: Vec<(ContactSide, ItemId)> = self
-            .scene
-            .ids()
-            .filter_map(|(id, _)| self.place_of(id).map(|place| (side(place), id)))
-            .collect();
+        let sides: Vec<(ContactSide, ItemId)> =
+            self.scene.ids().filter_map(|(id, _)| self.place_of(id).map(|place| (side(place), id))).collect();
         let mut rules = Vec::new();
         for (i, (a, item)) in sides.iter().enumerate() {
             let origin = self.written(self.scene.item(*item).span);
@@ -57,7 +54,14 @@ impl Maker<'_> {
                 if let Some(between) = ordered(*a, *b) {
                     // A single strand has no second yarn to touch, but a later fold of it may.
                     let variant = ContactVariant::Tubes;
-                    rules.push(ContactRule { between, restitution: 0.0, friction: None, variant, boxed: false, origin });
+                    rules.push(ContactRule {
+                        between,
+                        restitution: 0.0,
+                        friction: None,
+                        variant,
+                        boxed: false,
+                        origin,
+                    });
                 }
             }
         }
@@ -75,10 +79,16 @@ impl Maker<'_> {
         let origin = self.written(item.span);
         self.take(format!("{}.restitution", item.name), &contact.restitution, contact.restitution.value.to_string());
         if !(0.0..=1.0).contains(&*contact.restitution) {
-            let found = Diagnostic::error("E0721", "a coefficient of restitution lies between 0 and 1", contact.restitution.span(), "");
+            let found = Diagnostic::error(
+                "E0721",
+                "a coefficient of restitution lies between 0 and 1",
+                contact.restitution.span(),
+                "",
+            );
             self.diagnostics.push(found);
         }
-        let friction = contact.friction.as_ref().map(|given| self.friction_law(&format!("{}.friction", item.name), given));
+        let friction =
+            contact.friction.as_ref().map(|given| self.friction_law(&format!("{}.friction", item.name), given));
         if contact.model.value == ContactModel::Barrier {
             let found = Diagnostic::error("E0851", "barrier contact is not available yet", contact.model.span(), "")
                 .note("Use `impulse`, the default, or `paper`.");
@@ -97,7 +107,8 @@ impl Maker<'_> {
                 for rule in rules.iter_mut().filter(|rule| rule.between == between) {
                     rule.restitution = *contact.restitution;
                     if let Some(friction) = friction {
-                        rule.friction = Some(friction.unwrap_or(crate::plan::FrictionLaw { at_rest: 0.0, sliding: 0.0 }));
+                        rule.friction =
+                            Some(friction.unwrap_or(crate::plan::FrictionLaw { at_rest: 0.0, sliding: 0.0 }));
                     }
                     let paper = contact.model.value == ContactModel::Paper;
                     rule.variant = if paper { ContactVariant::Boxes } else { ContactVariant::Tubes };
@@ -107,8 +118,13 @@ impl Maker<'_> {
             }
         }
         if !met {
-            let found = Diagnostic::error("E0722", format!("`{}` names no pair that could touch", item.name), contact.between.span(), "")
-                .note("Name two parts: yarns with yarns, or yarns with a body.");
+            let found = Diagnostic::error(
+                "E0722",
+                format!("`{}` names no pair that could touch", item.name),
+                contact.between.span(),
+                "",
+            )
+            .note("Name two parts: yarns with yarns, or yarns with a body.");
             self.diagnostics.push(found);
         }
     }
@@ -123,8 +139,11 @@ impl Maker<'_> {
     /// Bodies do not touch each other yet; where two could, say so rather than let them pass through.
     fn refuse_body_pairs(&mut self) {
         let scene = self.scene;
-        let bodies: Vec<_> =
-            scene.ids().filter(|(id, _)| matches!(self.place_of(*id), Some(Place::Body(_)))).map(|(_, item)| item).collect();
+        let bodies: Vec<_> = scene
+            .ids()
+            .filter(|(id, _)| matches!(self.place_of(*id), Some(Place::Body(_))))
+            .map(|(_, item)| item)
+            .collect();
         if let [first, second, ..] = bodies[..] {
             let found = Diagnostic::error("E0853", "contact between two bodies is not available yet", second.span, "")
                 .also(first.span, "the other body")

@@ -10,6 +10,8 @@ mod sinks;
 mod tapes;
 mod yarns;
 
+pub(in crate::plan) use domains::Unfolded;
+
 use crate::diagnostics::{Diagnostic, Severity, Sources, Span};
 use crate::scene::{Case, Given, How, Item, ItemBody, ItemId, Origin, Program, Run, Scene};
 
@@ -143,7 +145,14 @@ impl<'a> Maker<'a> {
 
     /// Books that a pass is kept or left out; `--keep NAME` turns the second into a forced pass. Returns whether the pass
     /// goes into the plan.
-    fn decide(&mut self, pass: &str, subject: &str, needed: bool, reason: impl Into<String>, origins: Vec<OriginId>) -> bool {
+    fn decide(
+        &mut self,
+        pass: &str,
+        subject: &str,
+        needed: bool,
+        reason: impl Into<String>,
+        origins: Vec<OriginId>,
+    ) -> bool {
         let forced = !needed && self.options.keep.iter().any(|kept| kept == pass);
         let verdict = match (needed, forced) {
             (true, _) => Verdict::Kept,

@@ -40,7 +40,7 @@ impl Maker<'_> {
         self.contact_passes(&chains, run_origin, &mut order);
         order.drift.push(self.pass("drift", Kernel::Drift, &["velocity"], &["position"], run_origin));
         self.bodies_decision();
-        let settles = matches!(run.extent, Extents::Static(_));
+        let settles = Self::is_static(&run.extent);
         if self.decide("settle", "", settles, settle_reason(settles), vec![run_origin]) {
             let kernel = Kernel::Settle { residual: 1e-3 };
             order.after.push(self.pass("settle", kernel, &["velocity"], &["velocity"], run_origin));
@@ -53,8 +53,9 @@ impl Maker<'_> {
         match run.integrator.value {
             Integrator::Auto | Integrator::SymplecticEuler | Integrator::Leapfrog => {}
             _ => {
-                let found = Diagnostic::error("E0854", "this integrator is not available yet", run.integrator.span(), "")
-                    .note("`auto`, `leapfrog` and `symplectic_euler` run.");
+                let found =
+                    Diagnostic::error("E0854", "this integrator is not available yet", run.integrator.span(), "")
+                        .note("`auto`, `leapfrog` and `symplectic_euler` run.");
                 self.diagnostics.push(found);
             }
         }
@@ -71,13 +72,17 @@ impl Maker<'_> {
 
     fn chain_domains(&self) -> Vec<DomainId> {
         let chains = |domain: &crate::plan::Domain| !matches!(domain.recipe, Recipe::Bodies(_));
-        (0..self.body.domains.len() as u32).map(DomainId).filter(|id| chains(&self.body.domains[id.0 as usize])).collect()
+        (0..self.body.domains.len() as u32)
+            .map(DomainId)
+            .filter(|id| chains(&self.body.domains[id.0 as usize]))
+            .collect()
     }
 
     fn viscosity(&mut self, run: &Run) -> Option<f64> {
         let origin = self.take("run.bulk_viscosity", &run.bulk_viscosity, run.bulk_viscosity.value.to_string());
         if run.bulk_viscosity.value < 0.0 {
-            let found = Diagnostic::error("E0808", "a negative viscosity feeds energy in", run.bulk_viscosity.span(), "");
+            let found =
+                Diagnostic::error("E0808", "a negative viscosity feeds energy in", run.bulk_viscosity.span(), "");
             self.diagnostics.push(found);
         }
         let needed = run.bulk_viscosity.value > 0.0;
@@ -89,7 +94,14 @@ impl Maker<'_> {
         self.decide("bulk_viscosity", "", needed, reason, vec![origin]).then_some(run.bulk_viscosity.value)
     }
 
-    fn chain_passes(&mut self, id: DomainId, viscosity: Option<f64>, run: &Run, run_origin: OriginId, order: &mut Order) {
+    fn chain_passes(
+        &mut self,
+        id: DomainId,
+        viscosity: Option<f64>,
+        run: &Run,
+        run_origin: OriginId,
+        order: &mut Order,
+    ) {
         let domain = self.body.domains[id.0 as usize].clone();
         let name = domain.name.as_str();
         self.chain_fields(id);
@@ -108,7 +120,13 @@ impl Maker<'_> {
             if flattens { "yarns flatten, so sections have a direction" } else { "every section is a rigid circle" };
         if self.decide("section_frame", name, flattens, flat_reason, vec![domain.origin]) {
             let kernel = Kernel::SectionFrame { domain: id };
-            order.drift.push(self.pass(&format!("section_frame of {name}"), kernel, &["position"], &["thickness_axis"], domain.origin));
+            order.drift.push(self.pass(
+                &format!("section_frame of {name}"),
+                kernel,
+                &["position"],
+                &["thickness_axis"],
+                domain.origin,
+            ));
         }
         let breaks = laws.iter().any(|law| law.breaks.is_some());
         let break_reason = if breaks { "its yarns have a strength" } else { "no yarn of it has `breaks`" };
@@ -232,11 +250,26 @@ impl Maker<'_> {
         ]);
     }
 
-    pub(super) fn pass(&mut self, name: &str, kernel: Kernel, reads: &[&str], writes: &[&str], origin: OriginId) -> PassId {
+    pub(super) fn pass(
+        &mut self,
+        name: &str,
+        kernel: Kernel,
+        reads: &[&str],
+        writes: &[&str],
+        origin: OriginId,
+    ) -> PassId {
         let names = |list: &[&str]| list.iter().map(|name| name.to_string()).collect();
         let (cost, ledger) = cost(&kernel);
         let ledger = names(ledger);
-        self.body.passes.push(Pass { name: name.into(), kernel, reads: names(reads), writes: names(writes), ledger, cost, origin });
+        self.body.passes.push(Pass {
+            name: name.into(),
+            kernel,
+            reads: names(reads),
+            writes: names(writes),
+            ledger,
+            cost,
+            origin,
+        });
         PassId(self.body.passes.len() as u32 - 1)
     }
 
@@ -247,7 +280,8 @@ impl Maker<'_> {
             Extents::Duration(given) => {
                 self.take("run.duration", given, format!("{} us", given.value * 1e6));
                 if !(given.value > 0.0 && given.value.is_finite()) {
-                    let found = Diagnostic::error("E0809", "a run lasts longer than no time", given.span(), "must be positive");
+                    let found =
+                        Diagnostic::error("E0809", "a run lasts longer than no time", given.span(), "must be positive");
                     self.diagnostics.push(found);
                 }
                 // A last step that would be shorter than rounding is no step.
@@ -285,7 +319,12 @@ impl Maker<'_> {
             Step::Fixed(step) => {
                 self.take("run.step", &run.step, format!("{} ns", step * 1e9));
                 if !(step > 0.0 && step.is_finite()) {
-                    let found = Diagnostic::error("E0810", "a step is longer than no time", run.step.span(), "must be positive");
+                    let found = Diagnostic::error(
+                        "E0810",
+                        "a step is longer than no time",
+                        run.step.span(),
+                        "must be positive",
+                    );
                     self.diagnostics.push(found);
                     return bound.min(1.0);
                 }

@@ -48,7 +48,12 @@ impl Maker<'_> {
             (Some(given), _) => {
                 self.take(format!("{}.every", item.name), given, format!("{} us", given.value * 1e6));
                 if given.value <= 0.0 {
-                    self.diagnostics.push(Diagnostic::error("E0812", "frames need time between them", given.span(), "must be positive"));
+                    self.diagnostics.push(Diagnostic::error(
+                        "E0812",
+                        "frames need time between them",
+                        given.span(),
+                        "must be positive",
+                    ));
                 }
                 given.value
             }
@@ -61,8 +66,13 @@ impl Maker<'_> {
                 "vtu" => formats.push(Format::Vtu),
                 "csv" => formats.push(Format::Csv),
                 other => {
-                    let found = Diagnostic::error("E0856", format!("`{other}` files are not available yet"), record.to.span(), "")
-                        .note("`vtu` and `csv` are written.");
+                    let found = Diagnostic::error(
+                        "E0856",
+                        format!("`{other}` files are not available yet"),
+                        record.to.span(),
+                        "",
+                    )
+                    .note("`vtu` and `csv` are written.");
                     self.diagnostics.push(found);
                 }
             }
@@ -99,7 +109,12 @@ impl Maker<'_> {
             && let Some(late) = given.value.iter().find(|time| **time > duration * (1.0 + 1e-9))
         {
             let message = format!("the run ends before {} us", late * 1e6);
-            self.diagnostics.push(Diagnostic::warning("W0813", message, given.span(), "this picture would never be drawn"));
+            self.diagnostics.push(Diagnostic::warning(
+                "W0813",
+                message,
+                given.span(),
+                "this picture would never be drawn",
+            ));
         }
         let view = match &picture.view.value {
             View::Isometric => PictureView::Isometric,
@@ -108,7 +123,12 @@ impl Maker<'_> {
             View::Side => PictureView::Side,
             View::Below => PictureView::Below,
             View::Other(name) => {
-                let found = Diagnostic::error("E0857", format!("the view `{name}` is not available yet"), picture.view.span(), "");
+                let found = Diagnostic::error(
+                    "E0857",
+                    format!("the view `{name}` is not available yet"),
+                    picture.view.span(),
+                    "",
+                );
                 self.diagnostics.push(found);
                 return;
             }

@@ -73,7 +73,12 @@ impl Lowering<'_> {
             Some(quantity) if read.case.is_none() => Op::Read(Reading { item: item.name.clone(), quantity }),
             _ => {
                 let message = format!("`{}.{}` cannot be read while running yet", item.name, read.output);
-                self.diagnostics.push(Diagnostic::error("E0852", message, read.span, "no backend delivers this output"));
+                self.diagnostics.push(Diagnostic::error(
+                    "E0852",
+                    message,
+                    read.span,
+                    "no backend delivers this output",
+                ));
                 Op::Number(0.0)
             }
         }

@@ -37,7 +37,10 @@ impl Maker<'_> {
             axial_stiffness,
             half_thickness: radius,
             half_width: radius,
-            breaks: yarn.breaks.as_ref().map(|given| self.break_law(&yarn.name, given, *fibre.modulus, axial_stiffness)),
+            breaks: yarn
+                .breaks
+                .as_ref()
+                .map(|given| self.break_law(&yarn.name, given, *fibre.modulus, axial_stiffness)),
             flattening: self.flattening_law(&yarn.name, &yarn.flattening),
             friction: self.friction_law(&path("friction"), &yarn.friction),
             origin,
@@ -55,8 +58,13 @@ impl Maker<'_> {
         let scattered = weibull.map_or(String::new(), |shape| format!(", Weibull shape {shape}"));
         self.take(format!("{yarn}.breaks"), given, format!("{said} {mean} {unit}{scattered}"));
         if strain <= 0.0 || weibull.is_some_and(|shape| shape <= 0.0) {
-            let found = Diagnostic::error("E0711", format!("yarn `{yarn}` would break at no load"), given.span(), "not positive")
-                .note("A breaking strain, stress or force and a Weibull shape are above zero.");
+            let found = Diagnostic::error(
+                "E0711",
+                format!("yarn `{yarn}` would break at no load"),
+                given.span(),
+                "not positive",
+            )
+            .note("A breaking strain, stress or force and a Weibull shape are above zero.");
             self.diagnostics.push(found);
         }
         BreakLaw { strain, weibull, said: said.to_string() }
@@ -99,8 +107,10 @@ impl Maker<'_> {
             Friction::Coulomb { r#static: at_rest, kinetic: sliding } => {
                 self.take(path, given, format!("coulomb, {at_rest} at rest, {sliding} sliding"));
                 if at_rest < 0.0 || sliding < 0.0 || sliding > at_rest {
-                    let found = Diagnostic::error("E0713", format!("`{path}` is no Coulomb friction"), given.span(), "")
-                        .note("Both coefficients are at least zero, and the kinetic one is at most the static one.");
+                    let found =
+                        Diagnostic::error("E0713", format!("`{path}` is no Coulomb friction"), given.span(), "").note(
+                            "Both coefficients are at least zero, and the kinetic one is at most the static one.",
+                        );
                     self.diagnostics.push(found);
                 }
                 Some(FrictionLaw { at_rest, sliding })
