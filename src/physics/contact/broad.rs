@@ -28,9 +28,7 @@ impl Broad {
         let boxes = &self.boxes;
         self.order.clear();
         self.order.extend(0..boxes.len() as u32);
-        self.order.sort_unstable_by(|&p, &q| {
-            boxes[p as usize][0].x.total_cmp(&boxes[q as usize][0].x).then(p.cmp(&q))
-        });
+        self.order.sort_unstable_by(|&p, &q| boxes[p as usize][0].x.total_cmp(&boxes[q as usize][0].x).then(p.cmp(&q)));
         self.longest = boxes.iter().fold(0.0, |m: f64, b| m.max(b[1].x - b[0].x));
     }
 

@@ -46,14 +46,7 @@ const BATCH: usize = 64;
 impl Candidates {
     /// Seeks anew around every chunk that has used up half of its skin, if any has used up all of it; around all
     /// chunks when yarns have broken.
-    pub fn refresh(
-        &mut self,
-        chunks: &mut Chunks,
-        chains: &Chains,
-        laws: &Laws,
-        skin: f64,
-        parallel: bool,
-    ) -> Sought {
+    pub fn refresh(&mut self, chunks: &mut Chunks, chains: &Chains, laws: &Laws, skin: f64, parallel: bool) -> Sought {
         let all = self.epoch != Some(chains.epoch);
         if all {
             self.epoch = Some(chains.epoch);
@@ -72,8 +65,10 @@ impl Candidates {
                 self.is_stale[c] = true;
             }
         }
-        self.broad.update(&self.stale, chunks, chains);
-        self.seek(chunks, chains, laws, parallel);
+        if laws.any_between_yarns() {
+            self.broad.update(&self.stale, chunks, chains);
+            self.seek(chunks, chains, laws, parallel);
+        }
         Sought { rebuilt: true, chunks: self.stale.len() }
     }
 

@@ -128,7 +128,7 @@ impl Chunks {
             if FLAT || m.radius == 0.0 {
                 let family = &laws.families[c.family as usize];
                 let b = &chains.half_thickness[nodes.clone()];
-                let radius = b.iter().fold(0.0, |r: f64, &b| r.max(b).max(family.half_width(b)));
+                let radius = laws.corner * b.iter().fold(0.0, |r: f64, &b| r.max(b).max(family.half_width(b)));
                 m.path += (radius - m.radius).abs();
                 m.radius = radius;
             }
@@ -162,9 +162,8 @@ impl Chunks {
         };
         if parallel {
             let blocks = self.motion.par_chunks_mut(1024).zip(list.par_chunks(1024));
-            let outrun = |(m, c): (&mut [Motion], &[Chunk])| {
-                m.iter_mut().zip(c).fold(false, |any, (m, c)| one(c, m) | any)
-            };
+            let outrun =
+                |(m, c): (&mut [Motion], &[Chunk])| m.iter_mut().zip(c).fold(false, |any, (m, c)| one(c, m) | any);
             blocks.map(outrun).reduce(|| false, |a, b| a | b)
         } else {
             self.motion.iter_mut().zip(list).fold(false, |any, (m, c)| one(c, m) | any)

@@ -75,6 +75,8 @@ pub(super) struct Laws {
     yarns: Vec<Option<PairLaw>>,
     /// bodies × families.
     bodies: Vec<Option<PairLaw>>,
+    /// Corners of the boxes of the paper's variant reach farther than the section's half-axes by this factor.
+    pub corner: f64,
 }
 
 impl Laws {
@@ -88,6 +90,8 @@ impl Laws {
             });
             laws.of_yarn.push(family as u16);
         }
+        let boxes = rules.iter().any(|r| r.variant == ContactVariant::Boxes);
+        laws.corner = if boxes { std::f64::consts::SQRT_2 } else { 1.0 };
         let friction = |f: &Family| chains.laws[f.law as usize].friction;
         for a in &laws.families {
             for b in &laws.families {
