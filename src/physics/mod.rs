@@ -3,6 +3,7 @@
 
 pub mod axial;
 pub mod breaking;
+pub mod contact;
 pub mod draw;
 pub mod gershgorin;
 pub mod rigid;

@@ -12,6 +12,24 @@ use crate::physics::{Chains, YarnId, section_frame};
 /// Domains with fewer nodes than this run on the calling thread: waking another costs more than it saves.
 const INLINE: usize = 4096;
 
+/// Velocities of a step, over all chains: v⁻, v* and v⁺, with what viscosity did (N; empty without it).
+pub struct Changes<'a> {
+    pub before: &'a [DVec3],
+    pub kicked: &'a [DVec3],
+    pub after: &'a [DVec3],
+    pub mass: &'a [f64],
+    pub viscous: &'a [DVec3],
+}
+
+/// What a change of velocity after the kick books: its own work (J), and the powers (W) by which the work of viscosity
+/// and gravity, booked with v*, must be put right per second of step.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Booked {
+    pub contact: f64,
+    pub viscosity: f64,
+    pub gravity: f64,
+}
+
 /// The pieces of one domain, block by block.
 #[derive(Debug, Default)]
 pub struct Blocks {
@@ -22,6 +40,7 @@ pub struct Blocks {
     /// Pieces of each block.
     of_block: Vec<Range<usize>>,
     sums: Vec<Sums>,
+    booked: Vec<Booked>,
 }
 
 impl Blocks {
@@ -59,6 +78,7 @@ impl Blocks {
         }
         self.sums.clear();
         self.sums.resize(self.of_block.len(), Sums::NONE);
+        self.booked.resize(self.of_block.len(), Booked::default());
     }
 
     pub fn nodes(&self) -> Range<usize> {
@@ -129,6 +149,25 @@ impl Blocks {
         }
     }
 
+    /// Sums the work of all velocity changes between kick and drift.
+    pub fn book(&mut self, viscosity: bool, changes: &Changes<'_>, gravity: DVec3) -> Booked {
+        let (first, size, end) = (self.nodes.start, self.size, self.nodes.end);
+        let block = |b: usize, booked: &mut Booked| {
+            let from = first + b * size;
+            *booked = book_stretch(from..(from + size).min(end), viscosity, changes, gravity);
+        };
+        if self.nodes.len() < INLINE {
+            self.booked.iter_mut().enumerate().for_each(|(b, booked)| block(b, booked));
+        } else {
+            self.booked.par_iter_mut().enumerate().for_each(|(b, booked)| block(b, booked));
+        }
+        self.booked.iter().fold(Booked::default(), |sum, booked| Booked {
+            contact: sum.contact + booked.contact,
+            viscosity: sum.viscosity + booked.viscosity,
+            gravity: sum.gravity + booked.gravity,
+        })
+    }
+
     /// Carries the thickness axes of the domain along; `axes` are the domain's own entries.
     pub fn carry_sections(&self, position: &[DVec3], velocity: &[DVec3], h: f64, axes: &mut [DVec3]) {
         let (size, first, pieces, of_block) = (self.size, self.nodes.start, &self.pieces, &self.of_block);
@@ -147,6 +186,22 @@ impl Blocks {
             axes.par_chunks_mut(size).enumerate().for_each(|(b, axes)| block(b, axes));
         }
     }
+}
+
+fn book_stretch(nodes: Range<usize>, viscosity: bool, changes: &Changes<'_>, gravity: DVec3) -> Booked {
+    let mut booked = Booked::default();
+    for i in nodes {
+        let dv = changes.after[i] - changes.kicked[i];
+        if dv == DVec3::ZERO {
+            continue;
+        }
+        booked.contact += 0.5 * changes.mass[i] * dv.dot(changes.after[i] + changes.before[i]);
+        booked.gravity += 0.5 * changes.mass[i] * gravity.dot(dv);
+        if viscosity {
+            booked.viscosity += 0.5 * changes.viscous[i].dot(dv);
+        }
+    }
+    booked
 }
 
 /// x ← x + h·v over any stretch of nodes.

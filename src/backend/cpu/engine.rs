@@ -1,9 +1,12 @@
 //! The engine: the state of one run, and what it knows about its plan.
 
+use std::sync::Arc;
+
 use glam::{DQuat, DVec3};
 
 use super::Refusal;
 use super::actions::Action;
+use super::contact::Touch;
 use super::program::{self, Program};
 use super::readings::{self, Source};
 use super::unfold::{BodyPart, Inputs, Part, unfold};
@@ -32,6 +35,8 @@ pub struct Engine<'p> {
     /// 1/m of nodes and bodies while nothing holds them.
     pub(super) free_inverse_mass: Vec<f64>,
     pub(super) free_body: Vec<(f64, DVec3)>,
+    pub(super) touch: Option<Touch>,
+    pub(super) pool: Option<Arc<rayon::ThreadPool>>,
     pub(super) actions: Vec<Action>,
     pub(super) tapes: Vec<RunningTape>,
     pub(super) reads_energy: bool,
@@ -88,6 +93,8 @@ impl<'p> Engine<'p> {
             viscous: vec![DVec3::ZERO; if parts.iter().any(|part| part.terms.viscosity) { nodes } else { 0 }],
             free_inverse_mass: chains.inverse_mass.clone(),
             free_body: std::iter::zip(&bodies.inverse_mass, &bodies.inverse_inertia).map(|(m, i)| (*m, *i)).collect(),
+            touch: None,
+            pool: None,
             actions: Vec::new(),
             tapes: Vec::new(),
             reads_energy: false,
@@ -122,6 +129,7 @@ impl<'p> Engine<'p> {
         }
         engine.cut_blocks();
         engine.check_step_bound()?;
+        engine.open_contact();
         Ok(engine)
     }
 

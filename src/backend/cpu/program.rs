@@ -2,7 +2,7 @@
 //! before a kick become terms of that kick's loop.
 
 use super::Refusal;
-use crate::plan::{ContactRule, DomainId, Drive, Kernel, Node, OriginId, PassId, Plan, TapeId, Timing};
+use crate::plan::{ContactRule, DomainId, Drive, Kernel, Node, PassId, Plan, TapeId, Timing};
 
 /// One operation of the engine.
 #[derive(Debug)]
@@ -54,7 +54,6 @@ pub struct ContactPasses {
     pub sweeps: u32,
     pub tolerance: f64,
     pub skin: f64,
-    pub origin: OriginId,
 }
 
 /// Reads the schedule.
@@ -78,7 +77,6 @@ pub fn read(plan: &Plan) -> Result<Program, Refusal> {
             sweeps: *sweeps,
             tolerance: *tolerance,
             skin: skin.unwrap_or(0.0),
-            origin: pass.origin,
         }),
         _ => None,
     });

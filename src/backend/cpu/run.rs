@@ -1,5 +1,6 @@
 //! Running a plan from its first step to its outcome: the schedule's tree, the clock, the watch and the verifying hook.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
@@ -44,6 +45,8 @@ pub fn run<'a>(
         .map_err(|error| Refusal::new(format!("no threads to run on: {error}"), None))?;
     let threads = pool.current_num_threads();
     let mut engine = Engine::new(plan, inputs, options.resume)?;
+    let pool = Arc::new(pool);
+    engine.pool = Some(pool.clone());
     pool.install(move || {
         let mut runner = Runner::new(&mut engine, options, observer, threads);
         runner.open();
