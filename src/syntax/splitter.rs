@@ -8,7 +8,7 @@ use super::lexer::{Token, TokenKind, lex};
 use crate::diagnostics::{Diagnostic, FileId, Span};
 use crate::syntax::tree::Doc;
 
-/// How deep brackets may nest.
+/// How deep brackets may nest; braces count twice, for a block costs every later walk more stack than a bracket.
 pub(super) const MAX_DEPTH: usize = 128;
 /// How many operators and brackets may hang on each other, so that every later walk over the tree is shallow.
 pub(super) const MAX_CHAIN: usize = 256;
@@ -175,6 +175,8 @@ impl<'t> Split<'t> {
                     let end = self.piece_end(at, range.end, diagnostics);
                     let last = (at..end).rev().find(|i| self.tokens[*i].is_code()).unwrap_or(at);
                     pieces.push(Piece { doc: doc.take(), tokens: at..last + 1 });
+                    let behind = (last + 1..end).filter(|i| self.kind(*i) == Some(TokenKind::Doc));
+                    diagnostics.extend(behind.map(|i| trailing_doc(self.span(i))));
                     at = end.max(at + 1);
                 }
             }
@@ -324,7 +326,7 @@ impl Chains {
         match split.tokens[at].kind {
             TokenKind::Open(bracket) => {
                 self.count(1);
-                self.deepest.depth = self.deepest.depth.max(self.now.depth + 1);
+                self.deepest.depth = self.deepest.depth.max(self.now.depth + bracket_depth(bracket));
                 if bracket != b'{' {
                     self.now.depth += 1;
                     self.levels.push(0);
@@ -348,7 +350,7 @@ impl Chains {
 
     /// The nesting inside a `{` that was just seen.
     fn inside_brace(&self) -> Nesting {
-        Nesting { depth: self.now.depth + 1, chain: self.now.chain }
+        Nesting { depth: self.now.depth + bracket_depth(b'{'), chain: self.now.chain }
     }
 
     fn count(&mut self, by: usize) {
@@ -358,6 +360,10 @@ impl Chains {
         self.now.chain += by;
         self.deepest.chain = self.deepest.chain.max(self.now.chain);
     }
+}
+
+fn bracket_depth(bracket: u8) -> usize {
+    if bracket == b'{' { 2 } else { 1 }
 }
 
 fn idle_doc(doc: &Doc) -> Diagnostic {
