@@ -130,7 +130,7 @@ fn long_but_flat_is_fine() {
 #[test]
 fn unterminated_and_odd_things_by_the_hundred_thousand() {
     refused_quickly(&"let a = \"x\n".repeat(MANY), "E0104");
-    refused_quickly(&"\"".repeat(MANY), "E0100");
+    refused_quickly(&"\"".repeat(MANY), "E0118");
     refused_quickly(&"\\".repeat(MANY), "E0130");
     refused_quickly(&"µ\n".repeat(MANY), "E0130");
     refused_quickly(&"/// a\n\n".repeat(MANY), "W0101");

@@ -3,6 +3,8 @@
 //! Every token is looked at once for each brace it stands in, and depth is capped, so any input takes linear time. What
 //! stands between the braces of a piece is left out of its text and can be cut in turn.
 
+use std::ops::Range;
+
 use super::brackets::{Brackets, is_column_zero, is_reserved, pair, starts_declaration};
 use super::lexer::{Token, TokenKind, lex};
 use crate::diagnostics::{Diagnostic, FileId, Span};
@@ -26,7 +28,7 @@ pub(super) struct Split<'t> {
 pub(super) struct Piece {
     pub doc: Option<Doc>,
     /// The tokens of the piece, without its doc.
-    pub tokens: std::ops::Range<usize>,
+    pub tokens: Range<usize>,
 }
 
 /// What the grammar reads of a piece: no comments, `{}` for each body.
@@ -151,7 +153,7 @@ impl<'t> Split<'t> {
     }
 
     /// Cuts the tokens `range` (a file, or the inside of braces) into pieces.
-    pub fn cut(&self, range: std::ops::Range<usize>, diagnostics: &mut Vec<Diagnostic>) -> Vec<Piece> {
+    pub fn cut(&self, range: Range<usize>, diagnostics: &mut Vec<Diagnostic>) -> Vec<Piece> {
         let mut pieces = Vec::new();
         let mut doc: Option<Doc> = None;
         let mut at = range.start;
@@ -159,6 +161,10 @@ impl<'t> Split<'t> {
             match self.tokens[at].kind {
                 TokenKind::Newline | TokenKind::Semicolon | TokenKind::Comment => at += 1,
                 TokenKind::Close(_) if self.brackets.is_stray(at) => at += 1,
+                TokenKind::Doc if at > range.start && self.kind(at - 1) != Some(TokenKind::Newline) => {
+                    diagnostics.push(trailing_doc(self.span(at)));
+                    at += 1;
+                }
                 TokenKind::Doc => {
                     let (lines, end) = self.doc_lines(at);
                     if let Some(lost) = doc.replace(lines) {
@@ -185,6 +191,13 @@ impl<'t> Split<'t> {
             diagnostics.push(idle_doc(&lost));
         }
         pieces
+    }
+
+    /// The tokens of the piece that starts at `start`, up to its last code. For a text without errors.
+    pub fn piece(&self, start: usize, limit: usize) -> Range<usize> {
+        let end = self.piece_end(start, limit, &mut Vec::new());
+        let last = (start..end).rev().find(|i| self.tokens[*i].is_code()).unwrap_or(start);
+        start..last + 1
     }
 
     /// The token behind the piece that starts at `start`.
