@@ -1,1 +1,13 @@
-//! geometry
+//! Shapes without physics: solids and their distances, elliptic yarn sections, boxes and their tree, weave drafts and
+//! the yarn paths made from them. Plain numbers in SI units; the same input gives the same bits on every machine and
+//! any number of threads.
+
+pub mod draft;
+pub mod obb;
+pub mod obb_moving;
+pub mod obb_tree;
+pub mod peirce;
+pub mod section;
+pub mod segments;
+pub mod solid;
+pub mod wif;
