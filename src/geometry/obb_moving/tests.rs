@@ -22,7 +22,7 @@ fn boxes() -> impl Strategy<Value = (Obb, DQuat)> {
 fn gjk_distance(a: &(Obb, DQuat), b: &(Obb, DQuat)) -> f64 {
     let pose = |x: &(Obb, DQuat)| parry3d_f64::math::Pose::from_parts(x.0.centre, x.1);
     let shape = |x: &(Obb, DQuat)| Cuboid::new(x.0.half);
-    query::distance(&pose(a), &shape(a), &pose(b), &shape(b)).unwrap()
+    query::distance(&pose(a), &shape(a), &pose(b), &shape(b)).unwrap().distance
 }
 
 fn moved(x: &(Obb, DQuat), by: DVec3) -> (Obb, DQuat) {
