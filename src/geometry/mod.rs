@@ -1,19 +1,18 @@
-//! Geometry.
-#![allow(missing_docs)]
-use glam::{DQuat, DVec3};
-use serde::{Deserialize, Serialize};
+//! Shapes without physics: solids and their distances, elliptic yarn sections, boxes and their tree, weave drafts and
+//! the yarn paths made from them. Plain numbers in SI units; the same input gives the same bits on every machine and
+//! any number of threads.
 
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Solid {
-    Sphere { radius: f64 },
-    Box { half: DVec3 },
-    Point,
-}
+pub mod section;
+pub mod segments;
+pub mod solid;
 
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub use solid::Solid;
+
+/// Stand-in until the weave is merged.
+#[allow(missing_docs)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct WeaveRecipe {
     pub size: [f64; 2],
-    pub origin: DVec3,
-    pub turn: DQuat,
+    pub origin: glam::DVec3,
+    pub turn: glam::DQuat,
 }

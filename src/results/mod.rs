@@ -4,5 +4,6 @@
 //! was written.
 
 pub mod folder;
+pub mod picture;
 pub mod pvd;
 pub mod vtu;

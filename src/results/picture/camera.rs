@@ -68,9 +68,7 @@ impl Camera {
 
     /// The point of the target's plane behind a pixel.
     pub fn origin(&self, x: f64, y: f64) -> DVec3 {
-        self.target
-            + (x - self.middle[0]) * self.pixel * self.right
-            + (y - self.middle[1]) * self.pixel * self.down
+        self.target + (x - self.middle[0]) * self.pixel * self.right + (y - self.middle[1]) * self.pixel * self.down
     }
 }
 
@@ -93,7 +91,9 @@ mod tests {
     fn everything_lies_in_the_frame_and_pixels_come_back() {
         let points = [DVec3::new(-1.0, 2.0, 0.5), DVec3::new(3.0, -1.0, 0.0), DVec3::new(0.2, 0.1, -4.0)];
         let frame = Frame { left: 10.0, top: 20.0, width: 300.0, height: 200.0 };
-        for view in [PictureView::Isometric, PictureView::Top, PictureView::Front, PictureView::Side, PictureView::Below] {
+        for view in
+            [PictureView::Isometric, PictureView::Top, PictureView::Front, PictureView::Side, PictureView::Below]
+        {
             let camera = Camera::framing(view, points.iter().copied(), frame);
             for p in points {
                 let q = camera.project(p);

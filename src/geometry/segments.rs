@@ -1,0 +1,314 @@
+//! Closest points of two segments, and the gap of two elliptic tubes around them. The hot path of the narrow phase: no
+//! allocation, a fixed number of iterations.
+
+use super::section::Section;
+use glam::DVec3;
+
+/// Closest points of two segments A and B.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Closest {
+    /// Place on A, 0…1.
+    pub s: f64,
+    /// Place on B, 0…1.
+    pub t: f64,
+    /// A(s) − B(t), m.
+    pub delta: DVec3,
+}
+
+/// Squared sine of the angle below which two segments count as parallel.
+const PARALLEL: f64 = 1e-24;
+
+/// Closest points of the segments `a0`–`a1` and `b0`–`b1`. Parallel segments meet in the middle of their common
+/// stretch; a segment of no length counts as its point.
+///
+/// The free solution uses the cross product of the directions, which keeps its digits where ae − b² loses them; the
+/// clamping order is Ericson's (Real-Time Collision Detection §5.1.9).
+#[inline]
+pub fn closest_on_segments(a0: DVec3, a1: DVec3, b0: DVec3, b1: DVec3) -> Closest {
+    let (da, db, r) = (a1 - a0, b1 - b0, a0 - b0);
+    let (aa, bb) = (da.length_squared(), db.length_squared());
+    let n = da.cross(db);
+    let nn = n.length_squared();
+    let inverse = |x: f64| if x > 0.0 { 1.0 / x } else { 0.0 };
+    let (ia, ib) = (inverse(aa), inverse(bb));
+    let free = if nn > PARALLEL * aa * bb {
+        -n.dot(r.cross(db)) / nn
+    } else {
+        let (p, q) = (-r.dot(da) * ia, (b1 - a0).dot(da) * ia);
+        0.5 * (p.min(q).max(0.0) + p.max(q).min(1.0))
+    };
+    let s = free.clamp(0.0, 1.0);
+    let t = ((r + da * s).dot(db) * ib).clamp(0.0, 1.0);
+    let s = if ia > 0.0 { ((db * t - r).dot(da) * ia).clamp(0.0, 1.0) } else { s };
+    Closest { s, t, delta: r + da * s - db * t }
+}
+
+/// A straight piece of yarn: centreline from `a` to `b`, unit thickness axis across it, elliptic section, flat ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tube {
+    pub a: DVec3,
+    pub b: DVec3,
+    pub thickness_axis: DVec3,
+    pub section: Section,
+}
+
+impl Tube {
+    /// `near_axis` need only roughly cross the segment: the part along it is taken out. If nothing is left, any unit
+    /// vector across the segment serves.
+    #[inline]
+    pub fn new(a: DVec3, b: DVec3, near_axis: DVec3, section: Section) -> Self {
+        let d = b - a;
+        let square = d.length_squared();
+        let along = if square > 0.0 { d * (near_axis.dot(d) / square) } else { DVec3::ZERO };
+        let thickness_axis =
+            (near_axis - along).try_normalize().unwrap_or_else(|| d.any_orthogonal_vector().normalize_or(DVec3::Z));
+        Self { a, b, thickness_axis, section }
+    }
+}
+
+/// Gap of two tubes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TubeGap {
+    /// Distance of the surfaces, m; negative when they overlap. Never more than the true gap.
+    pub gap: f64,
+    /// Place on A and B, 0…1.
+    pub s: f64,
+    pub t: f64,
+    /// Unit vector from B to A.
+    pub normal: DVec3,
+}
+
+/// A tube with what every direction tried needs.
+struct Frame {
+    a: DVec3,
+    b: DVec3,
+    tangent: DVec3,
+    thick: DVec3,
+    wide: DVec3,
+}
+
+impl Frame {
+    #[inline]
+    fn new(tube: &Tube) -> Self {
+        let tangent = (tube.b - tube.a).normalize_or_zero();
+        Self {
+            a: tube.a,
+            b: tube.b,
+            tangent,
+            thick: tube.thickness_axis * tube.section.half_thickness,
+            wide: tangent.cross(tube.thickness_axis) * tube.section.half_width,
+        }
+    }
+
+    /// Half extent along unit `n`.
+    #[inline]
+    fn support(&self, n: DVec3) -> f64 {
+        let (p, q) = (n.dot(self.thick), n.dot(self.wide));
+        (p * p + q * q).sqrt()
+    }
+
+    /// The section's farthest point along `n` from the centreline.
+    #[inline]
+    fn support_point(&self, n: DVec3) -> DVec3 {
+        let (p, q) = (n.dot(self.thick), n.dot(self.wide));
+        let h = (p * p + q * q).sqrt();
+        if h > 0.0 { (self.thick * p + self.wide * q) / h } else { DVec3::ZERO }
+    }
+
+    /// Second derivative of the support along `e` at `n`: (e·Se − (e·Sn)²/h²)/h, S the section's matrix.
+    #[inline]
+    fn bend(&self, n: DVec3, e: DVec3, f: DVec3) -> f64 {
+        let (p, q) = (n.dot(self.thick), n.dot(self.wide));
+        let h2 = (p * p + q * q).max(f64::MIN_POSITIVE);
+        let (pe, qe) = (e.dot(self.thick), e.dot(self.wide));
+        let (pf, qf) = (f.dot(self.thick), f.dot(self.wide));
+        // The determinant form of the same thing does not cancel.
+        (pe * q - qe * p) * (pf * q - qf * p) / (h2 * h2.sqrt())
+    }
+}
+
+/// Width of the slab along `n` that lies between the tubes: a lower bound of their gap for every unit `n`.
+#[inline]
+fn separation(a: &Frame, b: &Frame, n: DVec3) -> f64 {
+    a.a.dot(n).min(a.b.dot(n)) - b.a.dot(n).max(b.b.dot(n)) - a.support(n) - b.support(n)
+}
+
+/// Steps that turn the normal; each is a Newton step on the sphere and doubles the digits near the answer.
+const TURNS: usize = 4;
+
+/// Gap of two elliptic tubes, with the normal turned so that the gap found is the largest: the distance of the tubes when
+/// they are apart, the depth of the shallowest way out when they overlap a little.
+///
+/// Where both centrelines are met inside, the common normal is exact. At ends and for parallel tubes the normal is
+/// turned by a few Newton steps.
+#[inline]
+pub fn tube_gap(a: &Tube, b: &Tube) -> TubeGap {
+    let near = closest_on_segments(a.a, a.b, b.a, b.b);
+    let (fa, fb) = (Frame::new(a), Frame::new(b));
+    let cross = fa.tangent.cross(fb.tangent);
+    let sine2 = cross.length_squared();
+    let inside = |x: f64| x > 0.0 && x < 1.0;
+    if sine2 > 1e-12 && inside(near.s) && inside(near.t) {
+        let normal = cross / sine2.sqrt();
+        let reach = near.delta.dot(normal);
+        let normal = if reach < 0.0 { -normal } else { normal };
+        return TubeGap { gap: reach.abs() - fa.support(normal) - fb.support(normal), s: near.s, t: near.t, normal };
+    }
+    turned(&fa, &fb, near)
+}
+
+fn turned(a: &Frame, b: &Frame, near: Closest) -> TubeGap {
+    let start = near.delta.try_normalize().unwrap_or_else(|| a.thick.normalize_or(DVec3::Z));
+    let mut best = TubeGap { gap: separation(a, b, start), s: near.s, t: near.t, normal: start };
+    let mut n = start;
+    for _ in 0..TURNS {
+        let (pa, pb) = (-a.support_point(n), b.support_point(n));
+        let touch = closest_on_segments(a.a + pa, a.b + pa, b.a + pb, b.b + pb);
+        // Gradient of n·(A(s) − B(t)) − hA(n) − hB(n).
+        let centres = a.a.lerp(a.b, touch.s) - b.a.lerp(b.b, touch.t);
+        let gradient = centres + pa - pb;
+        n = turn(a, b, n, gradient, touch);
+        let gap = separation(a, b, n);
+        if gap > best.gap {
+            best = TubeGap { gap, s: touch.s, t: touch.t, normal: n };
+        }
+    }
+    best
+}
+
+/// One Newton step of the normal. A point met inside a segment holds the normal across that segment.
+#[inline]
+fn turn(a: &Frame, b: &Frame, n: DVec3, gradient: DVec3, touch: Closest) -> DVec3 {
+    let inside = |x: f64| x > 0.0 && x < 1.0;
+    let held = match (inside(touch.s), inside(touch.t)) {
+        (true, _) => Some(a.tangent),
+        (false, true) => Some(b.tangent),
+        (false, false) => None,
+    };
+    let curvature = |e: DVec3, f: DVec3| a.bend(n, e, f) + b.bend(n, e, f);
+    // An overlap makes the largest gap a saddle of the sphere's term; leaving that term out keeps the step uphill.
+    let lift = gradient.dot(n).max(0.0);
+    let floor = 1e-9 * (a.thick.length() + b.thick.length());
+    let limit = |x: f64| x.clamp(-0.5, 0.5);
+    if let Some(tangent) = held {
+        let n = (n - tangent * n.dot(tangent)).normalize_or(n);
+        let e = n.cross(tangent).normalize_or(n.any_orthonormal_vector());
+        let step = gradient.dot(e) / (curvature(e, e) + lift).max(floor);
+        return (n + e * limit(step)).normalize_or(n);
+    }
+    let (e, f) = n.any_orthonormal_pair();
+    let (ee, ef, ff) = (curvature(e, e) + lift + floor, curvature(e, f), curvature(f, f) + lift + floor);
+    let (ge, gf) = (gradient.dot(e), gradient.dot(f));
+    let determinant = (ee * ff - ef * ef).max(floor * floor);
+    let (x, y) = ((ge * ff - gf * ef) / determinant, (gf * ee - ge * ef) / determinant);
+    (n + e * limit(x) + f * limit(y)).normalize_or(n)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn point() -> impl Strategy<Value = DVec3> {
+        (-1.0..1.0, -1.0..1.0, -1.0..1.0).prop_map(|(x, y, z)| DVec3::new(x, y, z))
+    }
+
+    /// Distance by a dense grid refined around its best cell.
+    fn brute(a0: DVec3, a1: DVec3, b0: DVec3, b1: DVec3) -> f64 {
+        let (mut cs, mut ct, mut width) = (0.5_f64, 0.5_f64, 0.5_f64);
+        let mut best = f64::INFINITY;
+        for _ in 0..14 {
+            let (mut bs, mut bt) = (cs, ct);
+            for i in -20..=20 {
+                for j in -20..=20 {
+                    let s = (cs + width * f64::from(i) / 20.0).clamp(0.0, 1.0);
+                    let t = (ct + width * f64::from(j) / 20.0).clamp(0.0, 1.0);
+                    let d = (a0.lerp(a1, s) - b0.lerp(b1, t)).length();
+                    if d < best {
+                        (best, bs, bt) = (d, s, t);
+                    }
+                }
+            }
+            (cs, ct, width) = (bs, bt, width * 0.4);
+        }
+        best
+    }
+
+    proptest! {
+        #[test]
+        fn closest_points_match_a_search(a0 in point(), a1 in point(), b0 in point(), b1 in point()) {
+            let c = closest_on_segments(a0, a1, b0, b1);
+            let found = brute(a0, a1, b0, b1);
+            prop_assert!(c.delta.length() <= found + 1e-12);
+            prop_assert!(c.delta.length() >= found - 1e-4);
+            prop_assert!((a0.lerp(a1, c.s) - b0.lerp(b1, c.t) - c.delta).length() < 1e-12);
+        }
+
+        #[test]
+        fn nearly_parallel_segments_keep_their_distance(a0 in point(), d in point(), lift in 0.01..0.5f64, tilt in -9.0..-1.0f64, shift in -1.5..1.5f64) {
+            prop_assume!(d.length() > 0.1);
+            let across = d.any_orthonormal_vector();
+            let other = d.cross(across).normalize();
+            let b0 = a0 + d * shift + across * lift;
+            let b1 = b0 + d + other * 10f64.powf(tilt);
+            let c = closest_on_segments(a0, a0 + d, b0, b1);
+            let found = brute(a0, a0 + d, b0, b1);
+            prop_assert!((c.delta.length() - found).abs() < 1e-6, "{} {}", c.delta.length(), found);
+        }
+
+        /// No direction of a dense search beats the one found.
+        #[test]
+        fn tube_gap_is_the_best_direction(a0 in point(), a1 in point(), b0 in point(), b1 in point(), ua in point(), ub in point(),
+                                          fa in 1.0..6.0f64, fb in 1.0..6.0f64) {
+            prop_assume!((a1 - a0).length() > 0.2 && (b1 - b0).length() > 0.2);
+            let a = Tube::new(a0, a1, ua, Section::flattened(0.1, 0.1 / fa.sqrt()));
+            let b = Tube::new(b0, b1, ub, Section::flattened(0.07, 0.07 / fb.sqrt()));
+            let found = tube_gap(&a, &b);
+            let (f, g) = (Frame::new(&a), Frame::new(&b));
+            prop_assert!((separation(&f, &g, found.normal) - found.gap).abs() < 1e-9);
+            // Deep overlap has no single way out, and is no state of a contact.
+            prop_assume!(found.gap > 0.0);
+            let mut n = found.normal;
+            let (mut best, mut width) = (found.gap, 1.0);
+            for _ in 0..12 {
+                let centre = n;
+                let (e, h) = centre.any_orthonormal_pair();
+                for i in -12..=12 {
+                    for j in -12..=12 {
+                        let m = (centre + e * (width * f64::from(i) / 12.0) + h * (width * f64::from(j) / 12.0)).normalize();
+                        let s = separation(&f, &g, m);
+                        if s > best { (best, n) = (s, m); }
+                    }
+                }
+                width *= 0.4;
+            }
+            prop_assert!(best - found.gap < 2e-3, "{} {}", best, found.gap);
+        }
+    }
+
+    #[test]
+    fn parallel_segments_meet_in_the_middle() {
+        let c = closest_on_segments(DVec3::ZERO, DVec3::X * 4.0, DVec3::new(2.0, 1.0, 0.0), DVec3::new(6.0, 1.0, 0.0));
+        assert_eq!((c.s, c.t), (0.75, 0.25));
+        let apart = closest_on_segments(DVec3::ZERO, DVec3::X, DVec3::X * 3.0, DVec3::X * 2.0);
+        assert_eq!((apart.s, apart.t, apart.delta), (1.0, 1.0, -DVec3::X));
+    }
+
+    #[test]
+    fn points_are_segments_too() {
+        let c = closest_on_segments(DVec3::Y, DVec3::Y, DVec3::ZERO, DVec3::X);
+        assert_eq!(c.delta, DVec3::Y);
+        let c = closest_on_segments(-DVec3::X, DVec3::X, DVec3::Y, DVec3::Y);
+        assert_eq!((c.s, c.delta), (0.5, -DVec3::Y));
+        let c = closest_on_segments(DVec3::X, DVec3::X, DVec3::X, DVec3::X);
+        assert_eq!(c.delta, DVec3::ZERO);
+    }
+
+    #[test]
+    fn parallel_ellipses_side_by_side_touch_at_their_widths() {
+        let flat = Section { half_thickness: 0.1, half_width: 0.4 };
+        let a = Tube::new(DVec3::ZERO, DVec3::Y, DVec3::Z, flat);
+        let b = Tube::new(DVec3::new(0.9, 0.2, 0.0), DVec3::new(0.9, 1.2, 0.0), DVec3::Z, flat);
+        assert!((tube_gap(&a, &b).gap - 0.1).abs() < 1e-15);
+    }
+}
