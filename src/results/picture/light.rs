@@ -55,7 +55,7 @@ impl Lights {
         let base = if hit.cut { mix(base, [0.02; 3], 0.45) } else { base };
         let half = (self.key + self.eye).normalize();
         let shine = if lit { gloss * n.dot(half).max(0.0).powf(sharp) } else { 0.0 };
-        let amount = 0.80 * key + open * (0.16 * fill + 0.34 * sky);
+        let amount = 0.72 * key + open * (0.16 * fill + 0.34 * sky);
         base.map(|c| c * amount + shine)
     }
 }
@@ -63,37 +63,52 @@ impl Lights {
 /// How a pixel's neighbourhood is sampled: offsets on the unit disc, a sunflower.
 const SAMPLES: usize = 20;
 
+/// The golden angle, rad.
+const GOLDEN: f64 = 2.399_963;
+
 /// Depths seen through a grid of pixels, m; infinite where nothing is.
 pub struct Depths<'a> {
-    pub width: usize,
-    pub height: usize,
-    pub depth: &'a [f32],
+    width: usize,
+    height: usize,
+    depth: &'a [f32],
     /// m.
-    pub pixel: f64,
+    pixel: f64,
+    /// m, how far the neighbourhood reaches.
+    radius: f64,
+    /// Pixels.
+    offsets: [(i32, i32); SAMPLES],
 }
 
-impl Depths<'_> {
-    /// How open the surroundings of a pixel are, 0…1, within `radius` (m), for a surface with this normal in camera axes.
-    pub fn openness(&self, x: usize, y: usize, normal: DVec3, radius: f64) -> f64 {
-        let here = f64::from(self.depth[y * self.width + x]);
-        let reach = (radius / self.pixel).clamp(2.0, 60.0);
-        let mut closed = 0.0;
-        for k in 0..SAMPLES {
+impl<'a> Depths<'a> {
+    /// `pixel` and `radius` in m.
+    pub fn new(width: usize, depth: &'a [f32], pixel: f64, radius: f64) -> Self {
+        let reach = (radius / pixel).clamp(2.0, 60.0);
+        let offsets = std::array::from_fn(|k| {
             let r = reach * ((k as f64 + 0.5) / SAMPLES as f64).sqrt();
-            let angle = 2.399_963 * k as f64;
-            let (dx, dy) = ((r * angle.cos()).round(), (r * angle.sin()).round());
-            let (sx, sy) = (x as f64 + dx, y as f64 + dy);
-            if sx < 0.0 || sy < 0.0 || sx >= self.width as f64 || sy >= self.height as f64 {
+            let angle = GOLDEN * k as f64;
+            ((r * libm::cos(angle)).round() as i32, (r * libm::sin(angle)).round() as i32)
+        });
+        Self { width, height: depth.len() / width, depth, pixel, radius, offsets }
+    }
+
+    /// How open the surroundings of a pixel are, 0…1, for a surface with this normal in camera axes.
+    pub fn openness(&self, x: usize, y: usize, normal: DVec3) -> f64 {
+        let here = f64::from(self.depth[y * self.width + x]);
+        let mut closed = 0.0;
+        for (dx, dy) in self.offsets {
+            let (sx, sy) = (x as i64 + i64::from(dx), y as i64 + i64::from(dy));
+            if sx < 0 || sy < 0 || sx >= self.width as i64 || sy >= self.height as i64 {
                 continue;
             }
             let there = f64::from(self.depth[sy as usize * self.width + sx as usize]);
             if !there.is_finite() {
                 continue;
             }
-            let v = DVec3::new(dx * self.pixel, dy * self.pixel, there - here);
-            let length = v.length().max(1e-12);
-            let rise = (v.dot(normal) / length - 0.08).max(0.0);
-            closed += rise / (1.0 + (length / (1.5 * radius)).powi(4));
+            let v = DVec3::new(f64::from(dx) * self.pixel, f64::from(dy) * self.pixel, there - here);
+            let square = v.length_squared().max(1e-24);
+            let rise = (v.dot(normal) / square.sqrt() - 0.08).max(0.0);
+            let far = square / (2.25 * self.radius * self.radius);
+            closed += rise / (1.0 + far * far);
         }
         (1.0 - 2.4 * closed / SAMPLES as f64).clamp(0.12, 1.0)
     }

@@ -51,7 +51,7 @@ pub fn paint(scene: &Scene, camera: &Camera, scale: &Scale, size: f64, image: &m
     let mut seen: Vec<Option<Seen>> = vec![None; width * height];
     seen.par_chunks_mut(TILE * width).enumerate().for_each(|(band, rows)| look(scene, camera, width, band, rows));
     let depth: Vec<f32> = seen.iter().map(|s| s.map_or(f32::INFINITY, |s| s.hit.distance as f32)).collect();
-    let depths = Depths { width, height, depth: &depth, pixel: camera.pixel };
+    let depths = Depths::new(width, &depth, camera.pixel, 2.0 * size);
     let lights = Lights::new(camera);
     let shading = Shading { scene, camera, scale, lights, depths, seen: &seen, size, width, height };
     image.pixels.par_chunks_mut(TILE * width).enumerate().for_each(|(band, rows)| shading.band(band, rows));
@@ -197,7 +197,7 @@ impl Shading<'_> {
     fn openness(&self, x: usize, y: usize, hit: &Hit) -> f64 {
         let n = hit.normal;
         let normal = DVec3::new(n.dot(self.camera.right), n.dot(self.camera.down), n.dot(self.camera.forward));
-        self.depths.openness(x, y, normal, 2.0 * self.size)
+        self.depths.openness(x, y, normal)
     }
 
     fn colour(&self, seen: &Seen, x: f64, y: f64, open: f64) -> Colour {

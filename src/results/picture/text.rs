@@ -7,7 +7,7 @@ use super::image::Image;
 /// Height of a capital, in grid units.
 const CAPITAL: f64 = 6.0;
 /// From one letter to the next, in grid units.
-const ADVANCE: f64 = 5.6;
+const ADVANCE: f64 = 5.4;
 
 /// Which point of a text stands at its place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -139,7 +139,7 @@ pub fn letter(image: &mut Image, text: &str, style: Lettering) {
         Anchor::Middle => 0.5 * width(text, style.size),
         Anchor::Right => width(text, style.size),
     };
-    let pen = (0.36 * unit).max(0.55);
+    let pen = (0.42 * unit).max(0.55);
     let mut left = style.at[0] - back;
     for glyph in text.chars() {
         if glyph != ' ' {

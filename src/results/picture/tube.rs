@@ -56,7 +56,15 @@ impl Piece {
 
     /// The first point of the tube on the ray `origin + τ·direction` (unit direction) with `after` < τ < `before`.
     pub fn cast(&self, origin: DVec3, direction: DVec3, after: f64, before: f64) -> Option<Hit> {
-        let side = self.cast_side(origin, direction);
+        let chord = self.ends[1].centre - self.ends[0].centre;
+        let s = nearest_on_chord(self.ends[0].centre, chord, origin, direction);
+        let off = self.ends[0].centre + s * chord - origin;
+        let along = off.dot(direction);
+        let reach = 1.05 * self.reach() + JOINT * chord.length();
+        if off.length_squared() - along * along > reach * reach {
+            return None;
+        }
+        let side = self.cast_side(origin, direction, chord, s);
         let caps = [0, 1].map(|end| if self.cut[end] { self.cast_cap(end, origin, direction) } else { None });
         let in_reach = |hit: &Hit| hit.distance > after && hit.distance < before;
         let mut best: Option<Hit> = None;
@@ -81,9 +89,7 @@ impl Piece {
     }
 
     /// Meets the elliptic cylinder of the section at a guess of s, then moves the guess to the hit.
-    fn cast_side(&self, origin: DVec3, direction: DVec3) -> Option<Hit> {
-        let chord = self.ends[1].centre - self.ends[0].centre;
-        let mut s = nearest_on_chord(self.ends[0].centre, chord, origin, direction);
+    fn cast_side(&self, origin: DVec3, direction: DVec3, chord: DVec3, mut s: f64) -> Option<Hit> {
         let mut found = None;
         for _ in 0..ROUNDS {
             let (centre, tangent, n, w, b, a) = self.at(s.clamp(-0.2, 1.2));
