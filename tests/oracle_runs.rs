@@ -92,7 +92,7 @@ fn a_yarn_that_tunnels_in_one_step_is_named_and_in_many_small_ones_too() {
         let mut show = Show::new(&now, &bodies);
         let mut crossings = Vec::new();
         for _ in 0..steps {
-            let next = moved(&now, 11..22, DVec3::new(0.0, 0.0, -2e-3 / f64::from(steps)));
+            let next = moved(&now, 11..22, DVec3::new(0.0, 0.0, -2.1e-3 / f64::from(steps)));
             crossings.extend(show.step(&now, &next, &bodies).crossings);
             now = next;
         }
