@@ -47,7 +47,7 @@ pub enum Value {
 
 /// Hears of a run as it goes on; every method does nothing unless it is written. `sink` is the index into the plan's
 /// sinks. An observer that cannot go on (a full disk) keeps its own error and answers `true` in [`Observer::stop`].
-pub trait Observer {
+pub trait Observer: Send {
     fn started(&mut self, _start: &Start) {}
     /// Called at most every 50 ms.
     fn progress(&mut self, _progress: Progress) {}
@@ -96,7 +96,7 @@ pub enum Finding {
 }
 
 /// Called after each accepted step where the run is to be verified.
-pub type VerifyHook<'a> = &'a mut dyn FnMut(&StepView<'_>) -> Finding;
+pub type VerifyHook<'a> = &'a mut (dyn FnMut(&StepView<'_>) -> Finding + Send);
 
 /// Why a run stopped early.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,17 +2,16 @@
 //! the yarn paths made from them. Plain numbers in SI units; the same input gives the same bits on every machine and
 //! any number of threads.
 
+pub mod draft;
+pub mod obb;
+pub mod obb_moving;
+pub mod obb_tree;
+pub mod peirce;
 pub mod section;
 pub mod segments;
 pub mod solid;
+pub mod weave;
+pub mod wif;
 
 pub use solid::Solid;
-
-/// Stand-in until the weave is merged.
-#[allow(missing_docs)]
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct WeaveRecipe {
-    pub size: [f64; 2],
-    pub origin: glam::DVec3,
-    pub turn: glam::DQuat,
-}
+pub use weave::WeaveRecipe;

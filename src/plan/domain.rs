@@ -40,7 +40,8 @@ pub enum Recipe {
     Tiled {
         input: String,
         cell: WeaveRecipe,
-        size: [f64; 2],
+        /// Repeats of the draft along weft and warp.
+        repeats: [u32; 2],
         origin: [f64; 3],
         laws: Vec<YarnLaw>,
         warp: Vec<u32>,

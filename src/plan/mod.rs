@@ -3,16 +3,26 @@
 //! A plan is data alone: no closures, no node arrays (domains carry recipes that [`crate::geometry`] unfolds), no syntax.
 //! Everything in [`Body`] is hashed; origins and advice are not, so a comment or a machine changes no hash.
 
+mod bound;
+pub mod constant;
+mod cost;
+mod diff;
 mod domain;
+mod hash;
+mod make;
 mod pass;
 mod schedule;
 mod sink;
 mod tape;
+mod text;
 
+pub use diff::diff;
 pub use domain::{
     BodyRecipe, BreakLaw, Centre, CompactionLaw, Domain, DomainId, Field, FlatteningLaw, FrictionLaw, Init, NodeSet,
     Precision, Recipe, Relation, Role, Topology, YarnLaw,
 };
+pub use hash::of_bytes as hash_bytes;
+pub use make::{MakeOptions, make};
 pub use pass::{Axes, ContactRule, ContactSide, ContactVariant, Cost, Drive, Kernel, Pass, PassId, Timing};
 pub use schedule::Node;
 pub use sink::{Check, Format, PictureView, Sink};

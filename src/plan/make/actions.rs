@@ -1,0 +1,227 @@
+//! Actions: selections become node sets, `fix` and `pull` become passes.
+
+use glam::DVec3;
+
+use crate::diagnostics::Diagnostic;
+use crate::plan::{Axes, Drive, Kernel, NodeSet, OriginId, Timing};
+use crate::scene::{self, Fix, Given, Item, Pull, SelectStep, Selection, SelectionTerm, Signal};
+
+use super::Maker;
+use super::domains::{Family, Place, Unfolded};
+
+impl Maker<'_> {
+    pub(super) fn fix(&mut self, item: &Item, fix: &Fix) -> Option<(Kernel, OriginId)> {
+        let origin = self.written(item.span);
+        let nodes = self.node_sets(&fix.what)?;
+        let timing = self.timing(item, &fix.at, &fix.delay, &fix.when, fix.until.as_ref());
+        Some((Kernel::Fix { nodes, axes: Axes(fix.axes.value), timing }, origin))
+    }
+
+    pub(super) fn pull(&mut self, item: &Item, pull: &Pull) -> Option<(Kernel, OriginId)> {
+        let origin = self.written(item.span);
+        let nodes = self.node_sets(&pull.what)?;
+        let timing = self.timing(item, &pull.at, &pull.delay, &pull.when, pull.until.as_ref());
+        let drive = match &pull.drive {
+            scene::Drive::Velocity(signal) => Drive::Velocity(self.tape(format!("{}.velocity", item.name), signal)),
+            scene::Drive::Force(signal) => Drive::Force(self.tape(format!("{}.force", item.name), signal)),
+            scene::Drive::Tension(signal) => {
+                let pitch = self.end_pitches(pull, &nodes)?;
+                Drive::EndTension { tape: self.tape(format!("{}.tension", item.name), signal), pitch }
+            }
+        };
+        Some((Kernel::Drive { nodes, drive, timing }, origin))
+    }
+
+    fn timing(
+        &mut self,
+        item: &Item,
+        at: &Given<f64>,
+        delay: &Given<f64>,
+        when: &Given<Signal>,
+        until: Option<&Given<Signal>>,
+    ) -> Timing {
+        for (field, given) in [("at", at), ("delay", delay)] {
+            self.take(format!("{}.{field}", item.name), given, format!("{} us", given.value * 1e6));
+        }
+        let always = matches!(when.value, Signal::Truth(true));
+        let when = (!always).then(|| self.tape(format!("{}.when", item.name), when));
+        let until = until.map(|signal| self.tape(format!("{}.until", item.name), signal));
+        Timing { at: at.value, delay: delay.value, when, until }
+    }
+
+    /// The nodes of a selection, one set per domain. A selection that cannot be resolved, or that holds nothing, is an
+    /// error at its place.
+    pub(super) fn node_sets(&mut self, what: &Given<Selection>) -> Option<Vec<NodeSet>> {
+        let mut chosen: Vec<(u32, Vec<u32>)> = Vec::new();
+        for term in &what.value.terms {
+            match self.term_nodes(term) {
+                Ok((domain, nodes)) => match chosen.iter_mut().find(|(known, _)| *known == domain) {
+                    Some((_, known)) => known.extend(nodes),
+                    None => chosen.push((domain, nodes)),
+                },
+                Err(found) => {
+                    self.diagnostics.push(*found);
+                    return None;
+                }
+            }
+        }
+        chosen.sort_by_key(|(domain, _)| *domain);
+        let sets: Vec<_> =
+            chosen.into_iter().map(|(domain, nodes)| NodeSet { domain, ranges: compact(nodes) }).collect();
+        if sets.iter().all(|set| set.ranges.is_empty()) {
+            let found = Diagnostic::error("E0804", "this selects nothing", what.span(), "no node is in it")
+                .note("Selections test the rest position: `ply.nodes where x > 19 mm`.");
+            self.diagnostics.push(found);
+            return None;
+        }
+        Some(sets)
+    }
+
+    fn term_nodes(&self, term: &SelectionTerm) -> Result<(u32, Vec<u32>), Box<Diagnostic>> {
+        let item = self.scene.item(term.item);
+        let Some(Place::Chains(domain)) = self.place_of(term.item) else {
+            let message = format!("`{}` has no nodes to hold or pull", item.name);
+            return Err(Box::new(Diagnostic::error("E0805", message, term.span, format!("a {}", item.kind))));
+        };
+        let unfolded = &self.unfolded[domain.0 as usize];
+        let mut nodes = unfolded.walk(&term.path).ok_or_else(|| {
+            let message = format!("this part of `{}` cannot be selected yet", item.name);
+            Box::new(Diagnostic::error("E0806", message, term.span, "").note(
+                "Yarns have `edges` (`.left .right .top .bottom`), `ends`, `picks`, `tips`, `nodes` and indices.",
+            ))
+        })?;
+        if let Some(filter) = &term.filter {
+            nodes.retain(|node| holds(filter, unfolded.positions[*node as usize]));
+        }
+        Ok((domain.0, nodes))
+    }
+
+    /// The width of cloth that each pulled yarn end stands for, m: one per node set.
+    fn end_pitches(&mut self, pull: &Pull, nodes: &[NodeSet]) -> Option<Vec<f64>> {
+        let mut pitches = Vec::new();
+        for set in nodes {
+            let unfolded = &self.unfolded[set.domain as usize];
+            let tips = unfolded.tips();
+            let stray = set.ranges.iter().any(|[from, to]| (*from..*to).any(|node| tips.binary_search(&node).is_err()));
+            if stray {
+                let found = Diagnostic::error(
+                    "E0807",
+                    "tension pulls at yarn ends",
+                    pull.what.span(),
+                    "holds nodes that are not ends",
+                )
+                .note("Select `.tips`, such as `[ply.ends.tips, ply.picks.tips]`.");
+                self.diagnostics.push(found);
+                return None;
+            }
+            pitches.push(unfolded.pitch);
+        }
+        Some(pitches)
+    }
+}
+
+impl Unfolded {
+    /// The nodes that a path names, ascending; None where the path makes no sense for chains.
+    fn walk(&self, path: &[SelectStep]) -> Option<Vec<u32>> {
+        let all_yarns: Vec<usize> = (0..self.yarns.len()).collect();
+        let mut yarns = all_yarns;
+        let mut family: Option<Family> = None;
+        let mut steps = path.iter().peekable();
+        while let Some(step) = steps.next() {
+            match step {
+                SelectStep::Member(name) => match name.as_str() {
+                    "ends" | "picks" => {
+                        let wanted = if name == "ends" { Family::Warp } else { Family::Weft };
+                        family = Some(wanted);
+                        yarns.retain(|yarn| self.yarns[*yarn].family == wanted);
+                    }
+                    "edges" => return self.edges(steps.next()),
+                    "tips" => return Some(self.tips_of(&yarns, steps.next())),
+                    "nodes" => return self.nodes_of(&yarns, steps.next()),
+                    _ => return None,
+                },
+                SelectStep::Index(indices) if family.is_some() => {
+                    yarns = indices.iter().map(|i| yarns.get(*i as usize).copied()).collect::<Option<_>>()?;
+                }
+                SelectStep::Index(_) => return None,
+            }
+        }
+        self.nodes_of(&yarns, None)
+    }
+
+    /// The clamped rim of a ply: the tips of the yarns that end on that side.
+    fn edges(&self, side: Option<&SelectStep>) -> Option<Vec<u32>> {
+        let of = |family: Family, last: bool| {
+            let mut nodes: Vec<u32> = self
+                .yarns
+                .iter()
+                .filter(|yarn| yarn.family == family)
+                .map(|yarn| if last { yarn.nodes.end - 1 } else { yarn.nodes.start })
+                .collect();
+            nodes.sort_unstable();
+            nodes
+        };
+        let Some(side) = side else { return Some(self.tips()) };
+        let SelectStep::Member(side) = side else { return None };
+        Some(match side.as_str() {
+            "left" => of(Family::Weft, false),
+            "right" => of(Family::Weft, true),
+            "bottom" => of(Family::Warp, false),
+            "top" => of(Family::Warp, true),
+            _ => return None,
+        })
+    }
+
+    fn tips_of(&self, yarns: &[usize], index: Option<&SelectStep>) -> Vec<u32> {
+        let wanted: Vec<u32> = match index {
+            Some(SelectStep::Index(indices)) => indices.clone(),
+            _ => vec![0, 1],
+        };
+        let mut nodes: Vec<u32> = yarns
+            .iter()
+            .flat_map(|yarn| {
+                let range = self.yarns[*yarn].nodes.clone();
+                let ends = [range.start, range.end - 1];
+                wanted.iter().filter_map(|i| ends.get(*i as usize).copied()).collect::<Vec<_>>()
+            })
+            .collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes
+    }
+
+    pub(super) fn tips(&self) -> Vec<u32> {
+        self.tips_of(&(0..self.yarns.len()).collect::<Vec<_>>(), None)
+    }
+
+    fn nodes_of(&self, yarns: &[usize], index: Option<&SelectStep>) -> Option<Vec<u32>> {
+        let all = yarns.iter().flat_map(|yarn| self.yarns[*yarn].nodes.clone());
+        match index {
+            None => Some(all.collect()),
+            Some(SelectStep::Index(indices)) => {
+                let all: Vec<u32> = all.collect();
+                indices.iter().map(|i| all.get(*i as usize).copied()).collect()
+            }
+            Some(SelectStep::Member(_)) => None,
+        }
+    }
+}
+
+/// Ascending node numbers as half-open ranges.
+fn compact(mut nodes: Vec<u32>) -> Vec<[u32; 2]> {
+    nodes.sort_unstable();
+    nodes.dedup();
+    let mut ranges: Vec<[u32; 2]> = Vec::new();
+    for node in nodes {
+        match ranges.last_mut() {
+            Some(last) if last[1] == node => last[1] += 1,
+            _ => ranges.push([node, node + 1]),
+        }
+    }
+    ranges
+}
+
+/// Whether a condition over the rest position holds at a point.
+fn holds(filter: &Signal, at: DVec3) -> bool {
+    crate::plan::constant::evaluate(filter, at).is_some_and(|value| value.x != 0.0)
+}

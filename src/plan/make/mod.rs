@@ -1,0 +1,186 @@
+//! Scene to plan: discretisation, which passes are needed and why the others are not, the step and its bound.
+//!
+//! Each file here answers one question about the scene; all of them add to the one [`Maker`].
+
+mod actions;
+mod contacts;
+mod domains;
+mod running;
+mod sinks;
+mod tapes;
+mod yarns;
+
+pub(in crate::plan) use domains::Unfolded;
+
+use crate::diagnostics::{Diagnostic, Severity, Sources, Span};
+use crate::scene::{Case, Given, How, Item, ItemBody, ItemId, Origin, Program, Run, Scene};
+
+use super::{Advice, Body, Decision, OriginId, OriginRecord, Plan, SCHEMA, Taken, Verdict, hash};
+
+/// What the command line asks of planning.
+#[derive(Clone, Debug, Default)]
+pub struct MakeOptions {
+    /// Passes to force in (`--keep bulk_viscosity`).
+    pub keep: Vec<String>,
+}
+
+/// Makes the plan of one case, or None where an error stands in the way. Errors and warnings go to `diagnostics`.
+pub fn make(
+    sources: &Sources,
+    program: &Program,
+    case: &Case,
+    options: &MakeOptions,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Option<Plan> {
+    let mut maker = Maker {
+        sources,
+        program,
+        scene: &case.scene,
+        options,
+        body: Body::default(),
+        origins: Vec::new(),
+        advice: Advice::default(),
+        diagnostics: Vec::new(),
+        domain_of: Vec::new(),
+        unfolded: Vec::new(),
+    };
+    maker.title(case);
+    maker.refuse_reserved();
+    if let Some(run) = maker.run_item() {
+        maker.plan_domains();
+        maker.plan_passes(run.0, run.1);
+        maker.plan_sinks(run.1);
+        maker.refuse_unknown_keeps();
+    }
+    let failed = maker.diagnostics.iter().any(Diagnostic::is_error);
+    diagnostics.append(&mut maker.diagnostics);
+    if failed {
+        return None;
+    }
+    let hash = hash::of(&maker.body);
+    Some(Plan { schema: SCHEMA, hash, body: maker.body, origins: maker.origins, advice: maker.advice })
+}
+
+struct Maker<'a> {
+    sources: &'a Sources,
+    program: &'a Program,
+    scene: &'a Scene,
+    options: &'a MakeOptions,
+    body: Body,
+    origins: Vec<OriginRecord>,
+    advice: Advice,
+    diagnostics: Vec<Diagnostic>,
+    /// Which domain (or body within the bodies domain) an item became, by item.
+    domain_of: Vec<Option<domains::Place>>,
+    /// The unfolded rest geometry of each domain, for selections and bounds; never part of the plan.
+    unfolded: Vec<domains::Unfolded>,
+}
+
+impl<'a> Maker<'a> {
+    fn title(&mut self, case: &Case) {
+        let untitled = || self.sources.get(self.program.file).name.clone();
+        self.body.title = self.program.title.clone().unwrap_or_else(untitled);
+        self.body.case = case.name.clone();
+        for param in &case.scene.params {
+            let origin = self.origin(param.origin);
+            self.body.taken.push(Taken { path: param.name.clone(), text: param.text.clone(), origin });
+        }
+    }
+
+    /// Items of kinds that nothing runs yet stop the plan at their line.
+    fn refuse_reserved(&mut self) {
+        for item in &self.scene.items {
+            if let ItemBody::Reserved(until) = &item.body {
+                let message = format!("`{}` is a {}, which is not available yet", item.name, item.kind);
+                let found = Diagnostic::error("E0850", message, item.span, "cannot run")
+                    .note(format!("It waits for {until}. `ripstop check` already checks what you wrote."));
+                self.diagnostics.push(found);
+            }
+        }
+    }
+
+    fn run_item(&mut self) -> Option<(&'a Item, &'a Run)> {
+        let scene = self.scene;
+        let mut runs = scene.items.iter().filter_map(|item| match &item.body {
+            ItemBody::Run(run) => Some((item, run)),
+            _ => None,
+        });
+        let Some(first) = runs.next() else {
+            let message = match &self.body.case {
+                Some(case) => format!("case `{case}` has no `run`"),
+                None => "nothing says how long to run".to_string(),
+            };
+            let found = Diagnostic::placeless("E0801", Severity::Error, message)
+                .note("Add a line such as `run go { duration = 200 us }`.");
+            self.diagnostics.push(found);
+            return None;
+        };
+        for (item, _) in runs {
+            let found = Diagnostic::error("E0802", "a case has one `run`", item.span, "a second run")
+                .also(first.0.span, "the first one")
+                .note("Put each in a `case` of its own, or give one run several `stages`.");
+            self.diagnostics.push(found);
+        }
+        Some(first)
+    }
+
+    /// Records where a value came from. Ids count up in the order of asking, whatever the origins are, so that the hashed
+    /// part of a plan does not change with a comment or with a default written out.
+    fn origin(&mut self, origin: Origin) -> OriginId {
+        let place = self.sources.place(origin.span);
+        self.origins.push(OriginRecord { place, span: origin.span, how: origin.how });
+        OriginId(self.origins.len() as u32 - 1)
+    }
+
+    fn written(&mut self, span: Span) -> OriginId {
+        self.origin(Origin { span, how: How::Written })
+    }
+
+    /// Takes a value into the plan: lists it under its path with its text and origin.
+    fn take<T>(&mut self, path: impl Into<String>, given: &Given<T>, text: impl Into<String>) -> OriginId {
+        let origin = self.origin(given.origin);
+        self.body.taken.push(Taken { path: path.into(), text: text.into(), origin });
+        origin
+    }
+
+    /// Books that a pass is kept or left out; `--keep NAME` turns the second into a forced pass. Returns whether the pass
+    /// goes into the plan.
+    fn decide(
+        &mut self,
+        pass: &str,
+        subject: &str,
+        needed: bool,
+        reason: impl Into<String>,
+        origins: Vec<OriginId>,
+    ) -> bool {
+        let forced = !needed && self.options.keep.iter().any(|kept| kept == pass);
+        let verdict = match (needed, forced) {
+            (true, _) => Verdict::Kept,
+            (false, true) => Verdict::Forced,
+            (false, false) => Verdict::LeftOut,
+        };
+        let subject = if subject.is_empty() { pass.to_string() } else { format!("{pass} of {subject}") };
+        self.body.decisions.push(Decision { subject, verdict, reason: reason.into(), origins });
+        needed || forced
+    }
+
+    /// `--keep` with a name that no decision knows is a mistake, never silence.
+    fn refuse_unknown_keeps(&mut self) {
+        for kept in &self.options.keep {
+            let known = |decision: &&Decision| decision.subject.split(" of ").next() == Some(kept.as_str());
+            if self.body.decisions.iter().find(known).is_none() {
+                let mut names: Vec<_> =
+                    self.body.decisions.iter().filter_map(|d| d.subject.split(" of ").next()).collect();
+                names.sort_unstable();
+                names.dedup();
+                let found = Diagnostic::placeless("E0803", Severity::Error, format!("no pass is called `{kept}`"))
+                    .note(format!("This plan decided on: {}.", names.join(", ")));
+                self.diagnostics.push(found);
+            }
+        }
+    }
+
+    fn place_of(&self, item: ItemId) -> Option<domains::Place> {
+        self.domain_of.get(item.0 as usize).copied().flatten()
+    }
+}

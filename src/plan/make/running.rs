@@ -1,0 +1,397 @@
+//! The run: step, scheme, passes and the schedule that holds them.
+
+use crate::diagnostics::Diagnostic;
+use crate::plan::{
+    Bound, Centre, Cost, DomainId, Field, Init, Kernel, Node, OriginId, Pass, PassId, Precision, Recipe, Relation, Role,
+};
+use crate::scene::{Extents, Integrator, Item, ItemBody, Run, Step};
+
+use super::Maker;
+
+/// The step is this share of the stable bound: the bound is safe for small strains, and yarns stretch by a few percent.
+const SAFETY: f64 = 0.9;
+
+/// Steps after which a static run that has not settled is stopped.
+const MOST_STATIC_STEPS: u64 = 2_000_000;
+
+/// Passes made so far, with the order in which a step runs them.
+#[derive(Default)]
+struct Order {
+    forces: Vec<PassId>,
+    kick: Vec<PassId>,
+    contact: Vec<PassId>,
+    drift: Vec<PassId>,
+    after: Vec<PassId>,
+}
+
+impl Maker<'_> {
+    pub(super) fn plan_passes(&mut self, item: &Item, run: &Run) {
+        let run_origin = self.written(item.span);
+        self.refuse_unrunnable(run);
+        let chains = self.chain_domains();
+        let mut order = Order::default();
+        let viscosity = self.viscosity(run);
+        for domain in &chains {
+            self.chain_passes(*domain, viscosity, run, run_origin, &mut order);
+        }
+        self.gravity(run, &mut order);
+        self.actions(&mut order);
+        order.kick.push(self.pass("kick", Kernel::Kick, &["force", "mass"], &["velocity"], run_origin));
+        self.contact_passes(&chains, run_origin, &mut order);
+        order.drift.push(self.pass("drift", Kernel::Drift, &["velocity"], &["position"], run_origin));
+        self.bodies_decision();
+        let settles = Self::is_static(&run.extent);
+        if self.decide("settle", "", settles, settle_reason(settles), vec![run_origin]) {
+            let kernel = Kernel::Settle { residual: 1e-3 };
+            order.after.push(self.pass("settle", kernel, &["velocity"], &["velocity"], run_origin));
+        }
+        order.after.push(self.pass("ledger", Kernel::Ledger, &["position", "velocity"], &["ledger"], run_origin));
+        self.schedule(run, viscosity.unwrap_or(0.0), order);
+    }
+
+    fn refuse_unrunnable(&mut self, run: &Run) {
+        match run.integrator.value {
+            Integrator::Auto | Integrator::SymplecticEuler | Integrator::Leapfrog => {}
+            _ => {
+                let found =
+                    Diagnostic::error("E0854", "this integrator is not available yet", run.integrator.span(), "")
+                        .note("`auto`, `leapfrog` and `symplectic_euler` run.");
+                self.diagnostics.push(found);
+            }
+        }
+        if let Extents::Stages(stages) = &run.extent {
+            let found = Diagnostic::error("E0850", "`stages` are not available yet", stages.span(), "cannot run")
+                .note("Give the run a `duration`, or `solve = static`.");
+            self.diagnostics.push(found);
+        }
+        if run.precision.value == crate::scene::Precision::F32 {
+            let found = Diagnostic::error("E0855", "single precision is not available yet", run.precision.span(), "");
+            self.diagnostics.push(found);
+        }
+    }
+
+    fn chain_domains(&self) -> Vec<DomainId> {
+        let chains = |domain: &crate::plan::Domain| !matches!(domain.recipe, Recipe::Bodies(_));
+        (0..self.body.domains.len() as u32)
+            .map(DomainId)
+            .filter(|id| chains(&self.body.domains[id.0 as usize]))
+            .collect()
+    }
+
+    fn viscosity(&mut self, run: &Run) -> Option<f64> {
+        let origin = self.take("run.bulk_viscosity", &run.bulk_viscosity, run.bulk_viscosity.value.to_string());
+        if run.bulk_viscosity.value < 0.0 {
+            let found =
+                Diagnostic::error("E0808", "a negative viscosity feeds energy in", run.bulk_viscosity.span(), "");
+            self.diagnostics.push(found);
+        }
+        let needed = run.bulk_viscosity.value > 0.0;
+        let reason = if needed {
+            "plain chains overshoot the strain of a shock by 15 to 29 % on every mesh, and would break from it"
+        } else {
+            "bulk_viscosity = 0"
+        };
+        self.decide("bulk_viscosity", "", needed, reason, vec![origin]).then_some(run.bulk_viscosity.value)
+    }
+
+    fn chain_passes(
+        &mut self,
+        id: DomainId,
+        viscosity: Option<f64>,
+        run: &Run,
+        run_origin: OriginId,
+        order: &mut Order,
+    ) {
+        let domain = self.body.domains[id.0 as usize].clone();
+        let name = domain.name.as_str();
+        self.chain_fields(id);
+        self.body.relations.push(Relation::Incidence { domain: id });
+        let kernel = Kernel::Axial { domain: id, tension_only: false };
+        order.forces.push(self.pass(&format!("axial of {name}"), kernel, &["position"], &["force"], domain.origin));
+        if let Some(coefficient) = viscosity {
+            let kernel = Kernel::BulkViscosity { domain: id, coefficient };
+            let reads = ["position", "velocity"];
+            order.forces.push(self.pass(&format!("bulk_viscosity of {name}"), kernel, &reads, &["force"], run_origin));
+        }
+        self.decide("bending", name, false, "yarns bend freely: no kernel for yarn bending yet", vec![domain.origin]);
+        let laws = domain.recipe.laws();
+        let flattens = laws.iter().any(|law| law.flattening.is_some());
+        let flat_reason =
+            if flattens { "yarns flatten, so sections have a direction" } else { "every section is a rigid circle" };
+        if self.decide("section_frame", name, flattens, flat_reason, vec![domain.origin]) {
+            let kernel = Kernel::SectionFrame { domain: id };
+            order.drift.push(self.pass(
+                &format!("section_frame of {name}"),
+                kernel,
+                &["position"],
+                &["thickness_axis"],
+                domain.origin,
+            ));
+        }
+        let breaks = laws.iter().any(|law| law.breaks.is_some());
+        let break_reason = if breaks { "its yarns have a strength" } else { "no yarn of it has `breaks`" };
+        if self.decide("break", name, breaks, break_reason, vec![domain.origin]) {
+            let seed = *run.seed;
+            let kernel = Kernel::Break { domain: id, seed };
+            order.after.push(self.pass(&format!("break of {name}"), kernel, &["position"], &["runs"], domain.origin));
+            if laws.iter().any(|law| law.breaks.as_ref().is_some_and(|law| law.weibull.is_some())) {
+                self.take("run.seed", &run.seed, seed.to_string());
+            }
+        }
+    }
+
+    fn gravity(&mut self, run: &Run, order: &mut Order) {
+        let [x, y, z] = run.gravity.value;
+        let origin = self.take("run.gravity", &run.gravity, format!("[{x}, {y}, {z}] m/s^2"));
+        let needed = run.gravity.value != [0.0; 3];
+        let reason = if needed { "the run has gravity" } else { "gravity = 0" };
+        if self.decide("gravity", "", needed, reason, vec![origin]) {
+            let kernel = Kernel::Gravity { acceleration: run.gravity.value };
+            order.forces.push(self.pass("gravity", kernel, &["mass"], &["force"], origin));
+        }
+    }
+
+    fn actions(&mut self, order: &mut Order) {
+        let scene = self.scene;
+        for item in &scene.items {
+            let made = match &item.body {
+                ItemBody::Fix(fix) => self.fix(item, fix),
+                ItemBody::Pull(pull) => self.pull(item, pull),
+                _ => None,
+            };
+            if let Some((kernel, origin)) = made {
+                let name = format!("{} {}", item.kind, item.name);
+                order.kick.push(self.pass(&name, kernel, &["position"], &["velocity"], origin));
+            }
+        }
+    }
+
+    fn contact_passes(&mut self, chains: &[DomainId], origin: OriginId, order: &mut Order) {
+        let rules = self.contacts().rules;
+        if rules.is_empty() {
+            self.decide("contact", "", false, "no two parts can touch", vec![origin]);
+            return;
+        }
+        let laws = chains.iter().flat_map(|id| self.body.domains[id.0 as usize].recipe.laws());
+        let thinnest = laws.map(|law| law.half_thickness).fold(f64::INFINITY, f64::min);
+        // A skin of half a half-thickness keeps candidates few and rebuilds rare: measured in benches/contact.rs.
+        let skin = 0.5 * thinnest;
+        let tolerance = 1e-3 * thinnest;
+        let kernel = Kernel::Candidates { skin };
+        order.contact.push(self.pass("candidates", kernel, &["position"], &["candidates"], origin));
+        for rule in &rules {
+            let [from, to] = rule.between.map(|side| match side {
+                crate::plan::ContactSide::Chains(id) => id,
+                crate::plan::ContactSide::Body(_) => self.bodies_domain().unwrap_or(DomainId(0)),
+            });
+            self.body.relations.push(Relation::Candidates { from, to, skin });
+        }
+        let kernel = Kernel::Contact { rules, sweeps: 40, tolerance };
+        let reads = ["position", "velocity", "half_thickness", "thickness_axis"];
+        order.contact.push(self.pass("contact", kernel, &reads, &["velocity", "half_thickness"], origin));
+    }
+
+    pub(super) fn bodies_domain(&self) -> Option<DomainId> {
+        let at = self.body.domains.iter().position(|domain| matches!(domain.recipe, Recipe::Bodies(_)))?;
+        Some(DomainId(at as u32))
+    }
+
+    fn bodies_decision(&mut self) {
+        match self.bodies_domain() {
+            Some(domain) => {
+                let origin = self.body.domains[domain.0 as usize].origin;
+                let velocity = |name: &str, width: u32, unit: &str, role| Field {
+                    name: name.into(),
+                    domain,
+                    centre: Centre::Body,
+                    width,
+                    unit: unit.into(),
+                    precision: Precision::F64,
+                    role,
+                    init: Init::Recipe,
+                };
+                self.body.fields.extend([
+                    velocity("position", 3, "m", Role::State),
+                    velocity("turn", 4, "1", Role::State),
+                    velocity("velocity", 3, "m/s", Role::State),
+                    velocity("spin", 3, "rad/s", Role::State),
+                ]);
+                self.decide("rigid_motion", "bodies", true, "the scene has bodies", vec![origin]);
+            }
+            None => {
+                self.decide("rigid_motion", "bodies", false, "no body is in the scene", Vec::new());
+            }
+        }
+        self.decide("self-contact", "bodies", false, "bodies do not touch bodies yet", Vec::new());
+        self.decide("air", "", false, "no `air` is in the scene", Vec::new());
+    }
+
+    fn chain_fields(&mut self, domain: DomainId) {
+        let field = |name: &str, centre, width, unit: &str, role, init| Field {
+            name: name.into(),
+            domain,
+            centre,
+            width,
+            unit: unit.into(),
+            precision: Precision::F64,
+            role,
+            init,
+        };
+        self.body.fields.extend([
+            field("position", Centre::Node, 3, "m", Role::State, Init::Recipe),
+            field("velocity", Centre::Node, 3, "m/s", Role::State, Init::Recipe),
+            field("mass", Centre::Node, 1, "kg", Role::Derived, Init::Recipe),
+            field("rest_length", Centre::Segment, 1, "m", Role::Derived, Init::Recipe),
+            field("force", Centre::Node, 3, "N", Role::Derived, Init::Zero),
+            field("half_thickness", Centre::Node, 1, "m", Role::History, Init::Recipe),
+            field("thickness_axis", Centre::Node, 3, "1", Role::History, Init::Recipe),
+            field("runs", Centre::Yarn, 2, "1", Role::History, Init::Recipe),
+            field("ledger", Centre::Part, 8, "J", Role::Ledger, Init::Zero),
+        ]);
+    }
+
+    pub(super) fn pass(
+        &mut self,
+        name: &str,
+        kernel: Kernel,
+        reads: &[&str],
+        writes: &[&str],
+        origin: OriginId,
+    ) -> PassId {
+        let names = |list: &[&str]| list.iter().map(|name| name.to_string()).collect();
+        let (cost, ledger) = cost(&kernel);
+        let ledger = names(ledger);
+        self.body.passes.push(Pass {
+            name: name.into(),
+            kernel,
+            reads: names(reads),
+            writes: names(writes),
+            ledger,
+            cost,
+            origin,
+        });
+        PassId(self.body.passes.len() as u32 - 1)
+    }
+
+    fn schedule(&mut self, run: &Run, viscosity: f64, order: Order) {
+        let (bound, setter) = self.bounds(viscosity);
+        let step = self.step(run, bound, setter);
+        let (duration, most_steps) = match &run.extent {
+            Extents::Duration(given) => {
+                self.take("run.duration", given, format!("{} us", given.value * 1e6));
+                if !(given.value > 0.0 && given.value.is_finite()) {
+                    let found =
+                        Diagnostic::error("E0809", "a run lasts longer than no time", given.span(), "must be positive");
+                    self.diagnostics.push(found);
+                }
+                // A last step that would be shorter than rounding is no step.
+                (Some(given.value), (given.value / step * (1.0 - 1e-12)).ceil() as u64)
+            }
+            _ => (None, MOST_STATIC_STEPS),
+        };
+        let passes = |list: Vec<PassId>| list.into_iter().map(Node::Pass);
+        let mut each: Vec<Node> = passes(order.forces).collect();
+        each.extend(passes(order.kick));
+        each.extend(passes(order.contact));
+        each.extend(passes(order.drift));
+        each.extend(passes(order.after));
+        each.extend([Node::Commit, Node::Emit]);
+        self.body.schedule = Node::Run { step, duration, most_steps, each: Box::new(Node::Seq(each)) };
+        self.advise(most_steps);
+    }
+
+    /// The smallest stable step of all domains (s), and which of [`super::Advice::bounds`] sets it.
+    fn bounds(&mut self, viscosity: f64) -> (f64, Option<usize>) {
+        for unfolded in &self.unfolded {
+            if let Some(row) = crate::plan::bound::stiffest(unfolded) {
+                let step = crate::plan::bound::stable_step(row.omega, viscosity);
+                let domain = self.body.domains[unfolded.domain.0 as usize].name.clone();
+                let part = unfolded.yarn_name(row.yarn);
+                self.advice.bounds.push(Bound { domain, part, omega: row.omega, step, origin: row.origin });
+            }
+        }
+        let smallest = self.advice.bounds.iter().enumerate().min_by(|a, b| a.1.step.total_cmp(&b.1.step));
+        smallest.map_or((f64::INFINITY, None), |(at, bound)| (bound.step, Some(at)))
+    }
+
+    fn step(&mut self, run: &Run, bound: f64, setter: Option<usize>) -> f64 {
+        match run.step.value {
+            Step::Fixed(step) => {
+                self.take("run.step", &run.step, format!("{} ns", step * 1e9));
+                if !(step > 0.0 && step.is_finite()) {
+                    let found = Diagnostic::error(
+                        "E0810",
+                        "a step is longer than no time",
+                        run.step.span(),
+                        "must be positive",
+                    );
+                    self.diagnostics.push(found);
+                    return bound.min(1.0);
+                }
+                if step > bound {
+                    self.refuse_step(run, step, bound, setter);
+                }
+                step
+            }
+            Step::Auto => {
+                self.take("run.step", &run.step, "auto");
+                if bound.is_finite() { SAFETY * bound } else { self.body_step(run) }
+            }
+        }
+    }
+
+    fn refuse_step(&mut self, run: &Run, step: f64, bound: f64, setter: Option<usize>) {
+        let message = format!("a step of {:.4} ns is over the stable bound of {:.4} ns", step * 1e9, bound * 1e9);
+        let mut found = Diagnostic::error("E0811", message, run.step.span(), "would blow up");
+        if let Some(setter) = setter {
+            let bound = &self.advice.bounds[setter];
+            found = found.also(self.origins[bound.origin.0 as usize].span, format!("set by {}", bound.part));
+        }
+        let safe = format!("{:.4} ns", SAFETY * bound * 1e9);
+        self.diagnostics.push(found.fix(format!("take {safe}, or `auto`"), run.step.span(), safe.clone()));
+    }
+
+    /// Without chains nothing vibrates: a body in free motion takes a thousandth of the run.
+    fn body_step(&self, run: &Run) -> f64 {
+        match &run.extent {
+            Extents::Duration(given) => given.value / 1000.0,
+            _ => 1e-3,
+        }
+    }
+
+    fn advise(&mut self, steps: u64) {
+        let nodes: u64 = self.unfolded.iter().map(|unfolded| unfolded.positions.len() as u64).sum();
+        let cost: f64 = self.body.passes.iter().map(|pass| pass.cost.bytes).sum();
+        self.advice.nodes = nodes;
+        self.advice.steps = steps;
+        // Eleven doubles of state a node and about as much again for contact.
+        self.advice.memory = nodes * 400;
+        self.advice.seconds = crate::plan::cost::seconds(nodes, steps, cost);
+    }
+}
+
+fn settle_reason(settles: bool) -> &'static str {
+    if settles { "solve = static" } else { "the run has a duration" }
+}
+
+/// Bytes and flops a node and step, and the ledger entries of a kernel: counted from the kernels' loads and stores.
+fn cost(kernel: &Kernel) -> (Cost, &'static [&'static str]) {
+    let of = |bytes, flops| Cost { bytes, flops };
+    match kernel {
+        Kernel::Axial { .. } => (of(56.0, 24.0), &["stored"]),
+        Kernel::BulkViscosity { .. } => (of(24.0, 16.0), &["viscosity"]),
+        Kernel::Gravity { .. } => (of(0.0, 3.0), &["gravity"]),
+        // Once a run.
+        Kernel::HalfKick => (of(0.0, 0.0), &[]),
+        Kernel::Kick => (of(80.0, 6.0), &["kinetic"]),
+        Kernel::Drift => (of(72.0, 6.0), &[]),
+        Kernel::Fix { .. } => (of(0.0, 0.0), &["support"]),
+        Kernel::Drive { .. } => (of(0.0, 0.0), &["drive"]),
+        Kernel::SectionFrame { .. } => (of(72.0, 30.0), &[]),
+        Kernel::Candidates { .. } => (of(30.0, 60.0), &[]),
+        Kernel::Contact { .. } => (of(200.0, 300.0), &["contact", "friction", "flattening"]),
+        Kernel::Break { .. } => (of(32.0, 10.0), &["broken"]),
+        Kernel::Settle { .. } => (of(24.0, 6.0), &["settling"]),
+        Kernel::Ledger => (of(80.0, 30.0), &[]),
+    }
+}

@@ -1,0 +1,148 @@
+//! What leaves the run: probes, frames, pictures, checks, and the watch that can stop it.
+
+use crate::diagnostics::Diagnostic;
+use crate::plan::{Check, DomainId, Format, PictureView, Sink};
+use crate::scene::{Extents, Item, ItemBody, Picture, Probe, Record, Recorded, Run, Selection, View};
+
+use super::Maker;
+use super::domains::Place;
+
+/// Frames of a `record` without `every`.
+const FRAMES: f64 = 20.0;
+
+/// Wall time between checkpoints, s.
+const CHECKPOINT: f64 = 60.0;
+
+impl Maker<'_> {
+    pub(super) fn plan_sinks(&mut self, run: &Run) {
+        let scene = self.scene;
+        let duration = match &run.extent {
+            Extents::Duration(given) => Some(given.value),
+            _ => None,
+        };
+        for item in &scene.items {
+            match &item.body {
+                ItemBody::Probe(probe) => self.probe(item, probe),
+                ItemBody::Record(record) => self.record(item, record, duration),
+                ItemBody::Picture(picture) => self.picture(item, picture, duration),
+                _ => {}
+            }
+        }
+        for expect in &scene.expects {
+            let tape = self.tape(format!("expect {}", expect.message), &expect.condition);
+            let origin = self.origin(expect.origin);
+            self.body.sinks.push(Sink::Expect(Check { message: expect.message.clone(), tape, origin }));
+        }
+        let origin = self.written(run.gravity.span());
+        self.body.sinks.push(Sink::Watch { limit: 1e-3, what: "energy closure".into(), origin });
+        self.body.sinks.push(Sink::Checkpoint { wall_seconds: CHECKPOINT });
+    }
+
+    fn probe(&mut self, item: &Item, probe: &Probe) {
+        let tape = self.tape(item.name.clone(), &probe.value);
+        self.body.sinks.push(Sink::Probe { name: item.name.clone(), tape, unit: String::new(), every: None });
+    }
+
+    fn record(&mut self, item: &Item, record: &Record, duration: Option<f64>) {
+        let every = match (&record.every, duration) {
+            (Some(given), _) => {
+                self.take(format!("{}.every", item.name), given, format!("{} us", given.value * 1e6));
+                if given.value <= 0.0 {
+                    self.diagnostics.push(Diagnostic::error(
+                        "E0812",
+                        "frames need time between them",
+                        given.span(),
+                        "must be positive",
+                    ));
+                }
+                given.value
+            }
+            (None, Some(duration)) => duration / FRAMES,
+            (None, None) => f64::INFINITY,
+        };
+        let mut formats = Vec::new();
+        for name in &record.to.value {
+            match name.as_str() {
+                "vtu" => formats.push(Format::Vtu),
+                "csv" => formats.push(Format::Csv),
+                other => {
+                    let found = Diagnostic::error(
+                        "E0856",
+                        format!("`{other}` files are not available yet"),
+                        record.to.span(),
+                        "",
+                    )
+                    .note("`vtu` and `csv` are written.");
+                    self.diagnostics.push(found);
+                }
+            }
+        }
+        let mut domains = Vec::new();
+        for (i, recorded) in record.what.value.iter().enumerate() {
+            match recorded {
+                Recorded::Parts(selection) => domains.extend(self.recorded_domains(selection)),
+                Recorded::Output(signal) => {
+                    let name = format!("{}_{i}", item.name);
+                    let tape = self.tape(name.clone(), signal);
+                    let every = record.every.as_ref().map(|given| given.value);
+                    self.body.sinks.push(Sink::Probe { name, tape, unit: String::new(), every });
+                }
+            }
+        }
+        domains.sort_unstable();
+        domains.dedup();
+        if !domains.is_empty() {
+            self.body.sinks.push(Sink::Frames { domains, every, formats });
+        }
+    }
+
+    fn picture(&mut self, item: &Item, picture: &Picture, duration: Option<f64>) {
+        let mut domains: Vec<DomainId> =
+            picture.what.value.iter().flat_map(|selection| self.recorded_domains(selection)).collect();
+        domains.sort_unstable();
+        domains.dedup();
+        let at = match &picture.at {
+            Some(given) => given.value.clone(),
+            None => vec![duration.unwrap_or(f64::INFINITY)],
+        };
+        if let (Some(given), Some(duration)) = (&picture.at, duration)
+            && let Some(late) = given.value.iter().find(|time| **time > duration * (1.0 + 1e-9))
+        {
+            let message = format!("the run ends before {} us", late * 1e6);
+            self.diagnostics.push(Diagnostic::warning(
+                "W0813",
+                message,
+                given.span(),
+                "this picture would never be drawn",
+            ));
+        }
+        let view = match &picture.view.value {
+            View::Isometric => PictureView::Isometric,
+            View::Top => PictureView::Top,
+            View::Front => PictureView::Front,
+            View::Side => PictureView::Side,
+            View::Below => PictureView::Below,
+            View::Other(name) => {
+                let found = Diagnostic::error(
+                    "E0857",
+                    format!("the view `{name}` is not available yet"),
+                    picture.view.span(),
+                    "",
+                );
+                self.diagnostics.push(found);
+                return;
+            }
+        };
+        self.body.sinks.push(Sink::Picture { name: item.name.clone(), domains, view, at });
+    }
+
+    fn recorded_domains(&self, selection: &Selection) -> Vec<DomainId> {
+        let places = selection.terms.iter().filter_map(|term| self.place_of(term.item));
+        places
+            .filter_map(|place| match place {
+                Place::Chains(domain) => Some(domain),
+                Place::Body(_) => self.bodies_domain(),
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,196 @@
+//! The plan as text for people: what runs, what was left out and why, every default taken, what sets the step.
+
+use std::fmt::Write;
+
+use crate::scene::How;
+
+use super::{Kernel, Node, Plan, Recipe, Sink, Verdict};
+
+impl Plan {
+    /// The whole plan, stable enough to be compared line by line. With `advice`, also bounds, memory and predicted time,
+    /// which depend on the machine's cost table.
+    pub fn text(&self, advice: bool) -> String {
+        let mut out = String::new();
+        let case = self.body.case.as_ref().map_or(String::new(), |case| format!(", case {case}"));
+        line(&mut out, 0, &format!("plan: {}{case}", self.body.title));
+        line(&mut out, 0, &format!("schema {}, hash {}", self.schema, &self.hash[..self.hash.len().min(16)]));
+        self.write_domains(&mut out);
+        self.write_taken(&mut out);
+        self.write_passes(&mut out);
+        self.write_decisions(&mut out);
+        self.write_sinks(&mut out);
+        if advice {
+            self.write_advice(&mut out);
+        }
+        out
+    }
+
+    fn write_domains(&self, out: &mut String) {
+        heading(out, "domains");
+        for domain in &self.body.domains {
+            let what = match &domain.recipe {
+                Recipe::Weave { .. } => "woven chains",
+                Recipe::Tiled { .. } => "chains tiled from a relaxed cell",
+                Recipe::Strand { .. } => "one chain",
+                Recipe::Bodies(_) => "rigid bodies",
+            };
+            let nodes = if domain.nodes > 0 {
+                format!(", {} nodes in blocks of {}", domain.nodes, domain.block)
+            } else {
+                String::new()
+            };
+            let pieces = if matches!(domain.recipe, Recipe::Bodies(_)) { "bodies" } else { "yarns" };
+            line(out, 1, &format!("{}: {what}, {} {pieces}{nodes}", domain.name, domain.pieces));
+        }
+        for (name, hash) in &self.body.inputs {
+            line(out, 1, &format!("input {name}: {hash}"));
+        }
+    }
+
+    fn write_taken(&self, out: &mut String) {
+        heading(out, "values taken");
+        let width = self.body.taken.iter().map(|taken| taken.path.len()).max().unwrap_or(0);
+        for taken in &self.body.taken {
+            let origin = &self.origins[taken.origin.0 as usize];
+            let how = match origin.how {
+                How::Written => "written",
+                How::Default => "default",
+                How::Set => "set",
+                How::Component => "component",
+                How::Library => "library",
+            };
+            line(out, 1, &format!("{:width$} = {}   ({how}, {})", taken.path, taken.text, origin.place));
+        }
+    }
+
+    fn write_passes(&self, out: &mut String) {
+        heading(out, "schedule");
+        self.write_node(out, &self.body.schedule, 1);
+    }
+
+    fn write_node(&self, out: &mut String, node: &Node, depth: usize) {
+        let within = |title: String, children: &[&Node], out: &mut String| {
+            line(out, depth, &title);
+            for child in children {
+                self.write_node(out, child, depth + 1);
+            }
+        };
+        match node {
+            Node::Seq(nodes) => nodes.iter().for_each(|node| self.write_node(out, node, depth)),
+            Node::Run { step, duration, most_steps, each } => {
+                let until = match duration {
+                    Some(duration) => format!("for {} us", duration * 1e6),
+                    None => "until it settles".to_string(),
+                };
+                within(
+                    format!("run in steps of {:.5} ns {until}, at most {most_steps} steps", step * 1e9),
+                    &[each],
+                    out,
+                );
+            }
+            Node::Pass(id) => {
+                let pass = &self.body.passes[id.0 as usize];
+                let detail = detail(&pass.kernel);
+                let separator = if detail.is_empty() { "" } else { ": " };
+                line(out, depth, &format!("{}{separator}{detail}", pass.name));
+            }
+            Node::Substep { count, each } => within(format!("{count} substeps"), &[each], out),
+            Node::Trial { halvings, each } => within(format!("trial, at most {halvings} halvings"), &[each], out),
+            Node::Iterate { most, each } => within(format!("iterate, at most {most} times"), &[each], out),
+            Node::When { tape, then } => {
+                within(format!("when {}", self.body.tapes[tape.0 as usize].name), &[then], out);
+            }
+            Node::Stage { name, each } => within(format!("stage {name}"), &[each], out),
+            Node::Remesh(_) => line(out, depth, "remesh"),
+            Node::Exchange => line(out, depth, "exchange"),
+            Node::Commit => line(out, depth, "commit"),
+            Node::Emit => line(out, depth, "emit"),
+        }
+    }
+
+    fn write_decisions(&self, out: &mut String) {
+        for (title, verdict) in [("kept", Verdict::Kept), ("forced", Verdict::Forced), ("left out", Verdict::LeftOut)] {
+            let mut chosen = self.body.decisions.iter().filter(|decision| decision.verdict == verdict).peekable();
+            if chosen.peek().is_some() {
+                heading(out, title);
+            }
+            for decision in chosen {
+                let places: Vec<_> =
+                    decision.origins.iter().map(|origin| self.origins[origin.0 as usize].place.as_str()).collect();
+                let places = if places.is_empty() { String::new() } else { format!(" ({})", places.join(", ")) };
+                line(out, 1, &format!("{}: {}{places}", decision.subject, decision.reason));
+            }
+        }
+    }
+
+    fn write_sinks(&self, out: &mut String) {
+        heading(out, "results");
+        for sink in &self.body.sinks {
+            let text = match sink {
+                Sink::Probe { name, .. } => format!("probe {name}"),
+                Sink::Frames { domains, every, .. } => {
+                    let names: Vec<_> =
+                        domains.iter().map(|id| self.body.domains[id.0 as usize].name.as_str()).collect();
+                    format!("frames of {} every {} us", names.join(", "), every * 1e6)
+                }
+                Sink::Picture { name, at, .. } => format!("picture {name}, {} times", at.len()),
+                Sink::Checkpoint { wall_seconds } => format!("checkpoint every {wall_seconds} s of wall time"),
+                Sink::Watch { limit, what, .. } => format!("watch {what}: at most {limit}"),
+                Sink::Expect(check) => format!("expect: {}", check.message),
+            };
+            line(out, 1, &text);
+        }
+    }
+
+    fn write_advice(&self, out: &mut String) {
+        heading(out, "advice (not hashed)");
+        for bound in &self.advice.bounds {
+            let place = &self.origins[bound.origin.0 as usize].place;
+            let text = format!(
+                "{}: highest frequency {:.4e} rad/s, stable step {:.4} ns, set by {} ({place})",
+                bound.domain,
+                bound.omega,
+                bound.step * 1e9,
+                bound.part
+            );
+            line(out, 1, &text);
+        }
+        let advice = &self.advice;
+        line(
+            out,
+            1,
+            &format!("{} nodes, {} steps, about {:.1} MB", advice.nodes, advice.steps, advice.memory as f64 / 1e6),
+        );
+        line(out, 1, &format!("about {:.1} s (cost table {}, an estimate)", advice.seconds, super::cost::TABLE));
+    }
+}
+
+/// What a pass's parameters say that its name does not.
+fn detail(kernel: &Kernel) -> String {
+    match kernel {
+        Kernel::Axial { tension_only, .. } => if *tension_only { "tension only" } else { "" }.to_string(),
+        Kernel::BulkViscosity { coefficient, .. } => format!("linear, {coefficient}"),
+        Kernel::Gravity { acceleration: [x, y, z] } => format!("[{x}, {y}, {z}] m/s^2"),
+        Kernel::Fix { nodes, .. } | Kernel::Drive { nodes, .. } => {
+            let count: u32 = nodes.iter().flat_map(|set| &set.ranges).map(|[from, to]| to - from).sum();
+            format!("{count} nodes")
+        }
+        Kernel::Candidates { skin } => format!("skin {:.4} mm", skin * 1e3),
+        Kernel::Contact { rules, sweeps, tolerance } => {
+            format!("{} rules, at most {sweeps} sweeps, to {:.4} um", rules.len(), tolerance * 1e6)
+        }
+        Kernel::Break { seed, .. } => format!("seed {seed}"),
+        Kernel::Settle { residual } => format!("to {residual} of the largest tension"),
+        Kernel::HalfKick | Kernel::Kick | Kernel::Drift | Kernel::SectionFrame { .. } | Kernel::Ledger => String::new(),
+    }
+}
+
+fn heading(out: &mut String, text: &str) {
+    out.push('\n');
+    line(out, 0, text);
+}
+
+fn line(out: &mut String, depth: usize, text: &str) {
+    // Writing to a String cannot fail.
+    let _ = writeln!(out, "{}{text}", "  ".repeat(depth));
+}
