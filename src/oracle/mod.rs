@@ -8,9 +8,11 @@ mod near;
 mod overlap;
 mod shape;
 mod sweep;
+mod verify;
 mod watch;
 
 pub use overlap::{Tube, least_overlap};
 pub use shape::{excess, reach};
 pub use sweep::{Motion, first_entry, first_meeting, segment_distance};
+pub use verify::Verifier;
 pub use watch::{Crossing, Deepest, Feature, Oracle, Settings, Totals, Verdict};

@@ -135,6 +135,15 @@ impl Oracle {
         oracle
     }
 
+    /// Starts from the state before `view`'s step; the step itself is still to be checked.
+    pub fn starting(view: &StepView<'_>, settings: Settings) -> Self {
+        let mut oracle = Self::new(view.chains, view.bodies, settings);
+        oracle.last.copy_from_slice(view.before);
+        oracle.last_bodies = view.bodies_before.to_vec();
+        oracle.gather(view.chains, view.bodies);
+        oracle
+    }
+
     pub fn totals(&self) -> &Totals {
         &self.totals
     }

@@ -4,6 +4,18 @@
 //! was written.
 
 pub mod folder;
+pub mod frames;
+pub mod ledger;
 pub mod picture;
+pub mod probes;
+pub mod progress;
 pub mod pvd;
+pub mod recorder;
+pub mod report;
+pub mod summary;
+pub mod surface;
 pub mod vtu;
+
+pub use folder::Folder;
+pub use recorder::{Recorder, read_checkpoint};
+pub use summary::Summary;

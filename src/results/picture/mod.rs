@@ -12,7 +12,7 @@ mod scene;
 mod text;
 mod tube;
 
-pub use colour::Scale;
+pub use colour::{Scale, round_up};
 pub use image::Image;
 
 use glam::DVec3;

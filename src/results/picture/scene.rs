@@ -9,6 +9,7 @@ use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
 use super::tube::{Hit, Piece, Section};
 use crate::backend::{BodyFrame, ChainFrame, Frame};
 use crate::geometry::Solid;
+use crate::results::frames::{node_strain, runs};
 
 /// A body placed in the scene.
 #[derive(Clone, Debug)]
@@ -136,19 +137,9 @@ fn cast_body(body: &Placed, origin: DVec3, direction: DVec3, after: f64, before:
     None
 }
 
-/// The runs of a yarn between its broken segments.
-fn runs(yarn: &Range<u32>, broken: &[u32]) -> impl Iterator<Item = Range<usize>> {
-    let inside = broken.iter().copied().filter(move |b| yarn.contains(b) && b + 1 < yarn.end).collect::<Vec<_>>();
-    let starts = std::iter::once(yarn.start).chain(inside.clone().into_iter().map(|b| b + 1));
-    let ends = inside.into_iter().map(|b| b + 1).chain(std::iter::once(yarn.end));
-    starts.zip(ends).map(|(a, b)| a as usize..b as usize).filter(|run| run.len() > 1)
-}
-
 fn lay_chain(chain: &ChainFrame, first_yarn: u32, pixel: f64, pieces: &mut Vec<Piece>) {
     for (number, yarn) in chain.yarns.iter().enumerate() {
-        let first = chain.broken.partition_point(|b| *b < yarn.nodes.start);
-        let last = chain.broken.partition_point(|b| *b < yarn.nodes.end);
-        for run in runs(&yarn.nodes, &chain.broken[first..last]) {
+        for run in runs(chain, &yarn.nodes) {
             lay_run(chain, &run, first_yarn + number as u32, pixel, pieces);
         }
     }
@@ -195,11 +186,4 @@ fn section(chain: &ChainFrame, run: &Range<usize>, i: usize, s: f64) -> Section 
         half_width: mix(&chain.half_width),
         strain,
     }
-}
-
-/// Strain at a node: the mean over the unbroken segments that meet there.
-fn node_strain(chain: &ChainFrame, run: &Range<usize>, j: usize) -> f64 {
-    let before = if j > run.start { chain.strain[j - 1] } else { chain.strain[j] };
-    let after = if j + 1 < run.end { chain.strain[j] } else { before };
-    0.5 * (before + after)
 }
