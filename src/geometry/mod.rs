@@ -3,6 +3,7 @@
 //! any number of threads.
 
 pub mod draft;
+pub mod mass;
 pub mod obb;
 pub mod obb_moving;
 pub mod obb_tree;
@@ -10,4 +11,7 @@ pub mod peirce;
 pub mod section;
 pub mod segments;
 pub mod solid;
+pub mod spline;
+pub mod taut;
+pub mod weave;
 pub mod wif;
