@@ -176,9 +176,17 @@ fn closest_surfaces(a: &Frame, b: &Frame, n: DVec3) -> Closest {
 }
 
 fn turned(a: &Frame, b: &Frame, near: Closest) -> TubeGap {
-    let start = near.delta.try_normalize().unwrap_or_else(|| a.thick.normalize_or(DVec3::Z));
+    let thick = |f: &Frame| f.thick.normalize_or(DVec3::Z) * 1.0_f64.copysign(f.thick.dot(near.delta));
+    let start = near.delta.try_normalize().unwrap_or_else(|| thick(a));
     let mut best = TubeGap { gap: separation(a, b, start), s: near.s, t: near.t, normal: start };
-    let mut n = start;
+    // Flat sections may meet face to face far beside the line between the centrelines.
+    for normal in [thick(a), thick(b), common_normal(a, b, near.delta).unwrap_or(start)] {
+        let gap = separation(a, b, normal);
+        if gap > best.gap {
+            best = TubeGap { gap, normal, ..best };
+        }
+    }
+    let mut n = best.normal;
     for _ in 0..TURNS {
         let touch = closest_surfaces(a, b, n);
         // Gradient of n·(A(s) − B(t)) − hA(n) − hB(n).

@@ -187,6 +187,37 @@ struct Loom<'a> {
     weft: Stations,
 }
 
+/// Crossings that a cut edge still makes itself felt.
+const EDGE: usize = 4;
+
+impl<'a> Loom<'a> {
+    fn new(recipe: &'a WeaveRecipe, ends: usize, picks: usize) -> Self {
+        let warp = Stations::new(picks, recipe.pick_spacing, recipe.nodes_per_crossing);
+        let weft = Stations::new(ends, recipe.end_spacing, recipe.nodes_per_crossing);
+        Self { recipe, ends, picks, warp, weft }
+    }
+
+    /// Ends and picks after which draft and sections repeat.
+    fn period(&self) -> [usize; 2] {
+        let common = |a: usize, b: usize| (1..=b).map(|k| a * k).find(|m| m.is_multiple_of(b)).unwrap_or(a);
+        let r = self.recipe;
+        [common(r.draft.ends, r.end_sections.len()), common(r.draft.picks, r.pick_sections.len())]
+    }
+
+    /// Whole periods kept free on each side of the repeat that is copied.
+    fn margin(&self) -> [usize; 2] {
+        self.period().map(|p| p * EDGE.div_ceil(p))
+    }
+
+    /// A small ply with one repeat well inside it, if that is worth laying first.
+    fn few_repeats(&self) -> Option<Self> {
+        let ([px, py], [mx, my]) = (self.period(), self.margin());
+        let (ends, picks) = (px + 2 * mx, py + 2 * my);
+        let small = ends <= self.ends && picks <= self.picks && 3 * ends * picks <= self.ends * self.picks;
+        small.then(|| Self::new(self.recipe, ends, picks))
+    }
+}
+
 impl Loom<'_> {
     fn end_section(&self, end: i64) -> Section {
         let all = &self.recipe.end_sections;
@@ -215,11 +246,15 @@ impl WeaveRecipe {
     pub fn lay(&self) -> Result<WeavePaths, WeaveError> {
         self.check()?;
         let [ends, picks] = self.threads();
-        let warp = Stations::new(picks, self.pick_spacing, self.nodes_per_crossing);
-        let weft = Stations::new(ends, self.end_spacing, self.nodes_per_crossing);
-        let loom = Loom { recipe: self, ends, picks, warp, weft };
+        let loom = Loom::new(self, ends, picks);
         check_widths(&loom)?;
         let mut heights = heights::taut(&loom)?;
+        // A large ply repeats itself: its middle is settled once, on a few repeats, and only its edges again.
+        if let Some(few) = loom.few_repeats() {
+            let mut settled = heights::taut(&few)?;
+            touch::settle(&few, &mut settled)?;
+            heights::copy_middle(&few, &settled, &loom, &mut heights);
+        }
         let overlap = touch::settle(&loom, &mut heights)?;
         Ok(loom.paths(&heights, overlap))
     }

@@ -84,3 +84,21 @@ fn between(values: &[f64], x: f64) -> f64 {
     let u = x - cell as f64;
     values[cell] * (1.0 - u) + values[cell + 1] * u
 }
+
+/// Fills the crossings of a large ply with the heights of the repeat in the middle of a small one.
+pub(super) fn copy_middle(few: &Loom, settled: &Heights, loom: &Loom, heights: &mut Heights) {
+    let ([px, py], [mx, my]) = (few.period(), few.margin());
+    let fill = |out: &mut [f64], to: &Stations, middle: &[f64], from: &Stations, period: usize, margin: usize| {
+        for crossing in 0..to.crossings.len() {
+            let (first, source) = (to.node_of(crossing), from.node_of(margin + crossing % period));
+            let count = if crossing + 1 < to.crossings.len() { to.per_crossing } else { 1 };
+            out[first..first + count].copy_from_slice(&middle[source..source + count]);
+        }
+    };
+    for (end, z) in heights.warp.iter_mut().enumerate() {
+        fill(z, &loom.warp, &settled.warp[mx + end % px], &few.warp, py, my);
+    }
+    for (pick, z) in heights.weft.iter_mut().enumerate() {
+        fill(z, &loom.weft, &settled.weft[my + pick % py], &few.weft, px, mx);
+    }
+}

@@ -10,6 +10,10 @@ use rayon::prelude::*;
 const FINE: f64 = 1e-7;
 const SWEEPS: usize = 400;
 
+/// Share of an overlap that a sweep takes out. Several pairs push the same nodes, and together they must not overshoot:
+/// closing again would take height from other nodes and make the paths ever more pointed.
+const GENTLY: f64 = 0.5;
+
 /// Settles the heights; returns the deepest overlap left.
 pub(super) fn settle(loom: &Loom, heights: &mut Heights) -> Result<f64, WeaveError> {
     let sections = loom.recipe.end_sections.iter().chain(&loom.recipe.pick_sections);
@@ -68,17 +72,19 @@ impl Patch {
         let (ws, fs) = (loom.end_section(end as i64), loom.pick_section(pick as i64));
         let (wc, fc) = (loom.warp.node_of(pick), loom.weft.node_of(end));
         let (warp, weft) = (&heights.warp[end], &heights.weft[pick]);
-        for i in around(wc, &loom.warp) {
+        // Beyond half a width and a tilted half thickness a segment cannot reach the other yarn.
+        let (warp_far, weft_far) = (fs.half_width + ws.half_thickness, ws.half_width + fs.half_thickness);
+        for i in around(wc, &loom.warp).filter(|&i| near(&loom.warp, i, y, warp_far)) {
             let node = |k: usize| DVec3::new(x, loom.warp.nodes[k], warp[k]);
             let a = Tube::new(node(i), node(i + 1), DVec3::Z, ws);
-            for j in around(fc, &loom.weft) {
+            for j in around(fc, &loom.weft).filter(|&j| near(&loom.weft, j, x, weft_far)) {
                 let node = |k: usize| DVec3::new(loom.weft.nodes[k], y, weft[k]);
                 let b = Tube::new(node(j), node(j + 1), DVec3::Z, fs);
                 let found = tube_gap(&a, &b);
                 self.gap = self.gap.min(found.gap);
                 if found.gap < -fine {
                     // Only heights may change: along z the tubes part by n·z of what they move.
-                    let lift = -found.gap / (found.normal.z * side).max(0.2);
+                    let lift = -GENTLY * found.gap / (found.normal.z * side).max(0.2);
                     ask(&mut self.warp, i + reach(&loom.warp) - wc, found.s, share * lift);
                     ask(&mut self.weft, j + reach(&loom.weft) - fc, found.t, (1.0 - share) * lift);
                 }
@@ -92,6 +98,11 @@ fn around(centre: usize, stations: &Stations) -> std::ops::Range<usize> {
     centre.saturating_sub(reach(stations))..(centre + reach(stations)).min(stations.nodes.len() - 1)
 }
 
+/// Whether a segment comes within `far` of the coordinate `middle`.
+fn near(stations: &Stations, segment: usize, middle: f64, far: f64) -> bool {
+    stations.nodes[segment] <= middle + far && stations.nodes[segment + 1] >= middle - far
+}
+
 /// Asks `lift` at place `s` of a segment of its two nodes, the nearer one moving more; requests do not add up.
 fn ask(nodes: &mut [f64], first: usize, s: f64, lift: f64) {
     let (p, q) = (1.0 - s, s);
@@ -103,6 +114,8 @@ fn ask(nodes: &mut [f64], first: usize, s: f64, lift: f64) {
 /// Moves the nodes as the patches ask and wakes the patches whose nodes moved.
 fn apply(loom: &Loom, heights: &mut Heights, patches: &[Patch], awake: &mut [bool]) {
     let (ends, picks) = (loom.ends, loom.picks);
+    let period = loom.period();
+    let (weft_closes, warp_closes) = (ends.is_multiple_of(period[0]), picks.is_multiple_of(period[1]));
     let share = loom.recipe.warp_share;
     let moved_warp: Vec<Vec<bool>> = heights
         .warp
@@ -113,7 +126,7 @@ fn apply(loom: &Loom, heights: &mut Heights, patches: &[Patch], awake: &mut [boo
                 let p = &patches[pick * ends + end];
                 (p.warp.as_slice(), p.gap, loom.side(end as i64, pick as i64))
             };
-            bend(z, &loom.warp, picks, share, patch)
+            bend(z, &loom.warp, (picks, warp_closes), share, patch)
         })
         .collect();
     let moved_weft: Vec<Vec<bool>> = heights
@@ -125,7 +138,7 @@ fn apply(loom: &Loom, heights: &mut Heights, patches: &[Patch], awake: &mut [boo
                 let p = &patches[pick * ends + end];
                 (p.weft.as_slice(), p.gap, -loom.side(end as i64, pick as i64))
             };
-            bend(z, &loom.weft, ends, 1.0 - share, patch)
+            bend(z, &loom.weft, (ends, weft_closes), 1.0 - share, patch)
         })
         .collect();
     for pick in 0..picks {
@@ -140,7 +153,7 @@ fn apply(loom: &Loom, heights: &mut Heights, patches: &[Patch], awake: &mut [boo
 fn bend<'a>(
     z: &mut [f64],
     stations: &Stations,
-    crossings: usize,
+    (crossings, closes): (usize, bool),
     share: f64,
     patch: impl Fn(usize) -> (&'a [f64], f64, f64),
 ) -> Vec<bool> {
@@ -159,6 +172,14 @@ fn bend<'a>(
         if gap > 0.0 {
             let way = if side > 0.0 { &mut down } else { &mut up };
             close(way, stations, centre, share * gap);
+        }
+    }
+    if closes {
+        // The ply repeats: its first and its last node are one and the same, and both hear what both are asked.
+        let last = z.len() - 1;
+        for way in [&mut up, &mut down] {
+            let most = way[0].max(way[last]);
+            (way[0], way[last]) = (most, most);
         }
     }
     let mut moved = vec![false; crossings];
