@@ -132,7 +132,7 @@ fn s706_lies_clear_and_thin() {
         let crimp = mean_crimp(&ply, Family::Warp);
         assert!(crimp > 0.013 && crimp < 0.045, "{crimp}");
         let top = ply.positions.iter().map(|p| p.z.abs()).fold(0.0, f64::max) + 0.0575e-3;
-        assert!(2.0 * top < 0.30e-3, "{nodes}: {top} {crimp}");
+        assert!(2.0 * top < 0.32e-3, "{nodes}: {top} {crimp}");
     }
 }
 

@@ -45,7 +45,7 @@ fn thread(
 ) -> Result<Vec<f64>, (f64, f64)> {
     let count = stations.crossings.len() as i64;
     // The weave goes on beyond the edges, so that the cut ends run as they would inside.
-    let obstacles: Vec<Obstacle> = (-1..=count)
+    let obstacles: Vec<Obstacle> = (-2..=count + 1)
         .map(|k| {
             let (other, side) = cross(k);
             let high = own.half_thickness + other.half_thickness;

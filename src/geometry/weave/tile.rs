@@ -71,12 +71,18 @@ fn periods(cell: &WeavePaths, tolerance: f64) -> Result<[DVec3; 2], WeaveError> 
     let mean = |yarns: &[YarnPath]| yarns.iter().map(step).sum::<DVec3>() / yarns.len() as f64;
     let (warp, weft) = cell.yarns.split_at(cell.ends);
     let period = [mean(weft), mean(warp)];
-    for (number, yarn) in cell.yarns.iter().enumerate() {
+    let gap = |yarn: &YarnPath| {
         let along = if yarn.family == Family::Warp { period[1] } else { period[0] };
-        let gap = (step(yarn) - along).length();
-        if gap.is_nan() || gap > tolerance {
-            return Err(WeaveError::NotPeriodic { yarn: number, gap });
-        }
+        (step(yarn) - along).length()
+    };
+    let worst = cell
+        .yarns
+        .iter()
+        .map(gap)
+        .enumerate()
+        .fold((0, 0.0_f64), |worst, next| if next.1 > worst.1 || next.1.is_nan() { next } else { worst });
+    if worst.1.is_nan() || worst.1 > tolerance {
+        return Err(WeaveError::NotPeriodic { yarn: worst.0, gap: worst.1 });
     }
     Ok(period)
 }
