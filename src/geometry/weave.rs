@@ -242,7 +242,12 @@ impl WeaveRecipe {
         [fit(self.size[0], self.end_spacing), fit(self.size[1], self.pick_spacing)]
     }
 
-    /// Lays the yarns. Every tube pair is checked: no overlap beyond [`TOUCHING`] is left. Errors: see [`WeaveError`].
+    /// Lays the yarns: B-splines over taut lines, then nodes moved until at every crossing the nearest tubes of the two
+    /// polylines touch and none overlaps by more than [`TOUCHING`].
+    ///
+    /// A polyline's segments fall away on both sides of a crest, so the centrelines at a crossing stand a little farther
+    /// apart than the two half thicknesses, the less the more nodes (6.5 % at 4, 3 % at 8 for round yarns at p/D = 1.67).
+    /// Flat sections nearly as wide as the pitch make the paths swing wide. Errors: see [`WeaveError`].
     pub fn lay(&self) -> Result<WeavePaths, WeaveError> {
         self.check()?;
         let [ends, picks] = self.threads();

@@ -90,12 +90,13 @@ impl Fsp {
         // Outside: the nearest point lies on one surface, on an edge or on a corner. Every candidate on the body is an
         // upper bound, and the true one is among them.
         let slack = 1e-13 * (self.radius + self.length + p.length());
-        let mut best = Near { distance: f64::INFINITY, normal };
         for (distance, outward) in surfaces {
-            if distance > 0.0 && distance < best.distance && self.holds(p - outward * distance, slack) {
-                best = Near { distance, normal: outward };
+            // The body lies on one side of each surface, so a foot that is on the body is the nearest point.
+            if distance > 0.0 && self.holds(p - outward * distance, slack) {
+                return Near { distance, normal: outward };
             }
         }
+        let mut best = Near { distance: f64::INFINITY, normal };
         for q in self.edge_points(p) {
             let away = p - q;
             let distance = away.length();
