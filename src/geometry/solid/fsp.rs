@@ -41,6 +41,7 @@ impl Fsp {
     /// The 17-grain (calibre .22) projectile of MIL-DTL-46593, 5.38 mm in diameter. The length 6.35 mm, the flat of
     /// 2.54 mm and the slope of 35° are recalled, not seen; with steel of 7850 kg/m³ they weigh 1.10 g, as they should.
     pub fn grain_17() -> Self {
+        // The flat is narrower than the body and the chisel drops 1 mm of 6.35 mm, so `new` has nothing to refuse.
         Self::new(2.69e-3, 6.35e-3, 1.27e-3, 35.0_f64.to_radians())
             .expect("the numbers above describe a body, as the tests show")
     }

@@ -2,7 +2,7 @@
 //! room left are closed, until every crossing just touches.
 
 use super::{Heights, Loom, Stations, TOUCHING, WeaveError};
-use crate::geometry::segments::{Tube, tube_gap};
+use crate::geometry::segments::{Tube, tube_gap_within};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -80,7 +80,8 @@ impl Patch {
             for j in around(fc, &loom.weft).filter(|&j| near(&loom.weft, j, x, weft_far)) {
                 let node = |k: usize| DVec3::new(loom.weft.nodes[k], y, weft[k]);
                 let b = Tube::new(node(j), node(j + 1), DVec3::Z, fs);
-                let found = tube_gap(&a, &b);
+                // A pair with more room than the nearest so far changes nothing.
+                let Some(found) = tube_gap_within(&a, &b, self.gap.max(0.0)) else { continue };
                 self.gap = self.gap.min(found.gap);
                 if found.gap < -fine {
                     // Only heights may change: along z the tubes part by n·z of what they move.
