@@ -13,7 +13,7 @@ use super::{Elaborator, InstanceId, Node, StageId};
 
 /// Pieces of a piece: what may follow `edges`, `ends`, …
 const PIECES: [(&str, &[&str]); 7] = [
-    ("edges", &["left", "right", "top", "bottom", "outer", "inner", "skirt", "vent", "tips"]),
+    ("edges", &["left", "right", "top", "bottom", "outer", "inner", "skirt", "vent", "tips", "quartic"]),
     ("ends", &["tips"]),
     ("picks", &["tips"]),
     ("skirt", &["rings"]),
@@ -164,7 +164,7 @@ impl<'t> Elaborator<'t> {
         if !pieces_of(of).contains(&name) {
             return self.piece_of_items(of, name, span);
         }
-        if matches!(name, "x" | "y" | "z") {
+        if matches!(name, "x" | "y" | "z" | "quartic") {
             return Some(self.coordinates(of, name, span));
         }
         Some(longer(of, name, span))
@@ -187,13 +187,16 @@ impl<'t> Elaborator<'t> {
 
     /// Coordinates of nodes while running.
     fn coordinates(&mut self, of: &Rc<Selection>, name: &str, span: Span) -> Value {
-        let length = self.units.quantity("Length").map_or(Dimension::NONE, |id| self.units.dimension_of(id));
         let [term] = of.terms.as_slice() else { return Value::Poison };
+        let length = self.units.quantity("Length").map_or(Dimension::NONE, |id| self.units.dimension_of(id));
         let instance = self.stage.and_then(|stage| self.stage_of(stage).items.get(term.item.0 as usize).copied());
         let kind = instance.map(|id| self.instance(id).kind.clone());
         if kind.is_some_and(|kind| self.kinds.reserved(&kind).is_none()) {
             let message = format!("reading `.{name}` of single nodes is not available yet");
             self.tell(Diagnostic::error("E0416", message, span, "read an output of the part instead"));
+            return Value::Poison;
+        }
+        if name == "quartic" {
             return Value::Poison;
         }
         let steps = term.path.iter().filter_map(|step| match step {

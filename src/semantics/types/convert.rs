@@ -230,6 +230,8 @@ fn list(world: &dyn World, value: &Value, ty: &Type, of: &Type, count: Option<u3
         Value::List(elements) if of.alternatives().contains(&&Type::Selection) => elements.to_vec(),
         Value::List(elements) => elements.iter().flat_map(spread).collect(),
         Value::Items(_) => spread(value),
+        // `through = canopy.skirt.rings`: a selection of many points is a list of points.
+        Value::Selection(_) if *of == Type::Point => vec![value.clone()],
         _ => return Err(mismatch::other(world, value, ty, place)),
     };
     if let Some(count) = count.filter(|count| *count as usize != given.len()) {
