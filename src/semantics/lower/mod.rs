@@ -16,7 +16,7 @@ pub use de::{LowerError, from_object};
 pub use draft::{draft_from_wif, draft_of};
 
 /// Fields that are declared and checked, and that no pass reads yet; a block that writes one cannot run.
-const NOT_YET: [(&str, &str, &str); 5] = [
+pub const NOT_YET: [(&str, &str, &str); 5] = [
     ("action", "during", "stages"),
     ("fix", "to", "moved places"),
     ("body", "hangs_from", "the solver for cords"),
