@@ -97,6 +97,33 @@ pub fn library_kinds<T>(read: impl FnOnce(&Kinds) -> T) -> T {
     read(&elaborator.kinds)
 }
 
+/// What is wrong with the standard library itself: every declaration worked out, every default evaluated, every draft
+/// drawn. Its tests keep this empty.
+pub fn check_library(sources: &mut Sources) -> Vec<Diagnostic> {
+    let library = modules::library(sources);
+    let mut e = Elaborator::default();
+    for (id, source) in sources.iter() {
+        e.texts.insert(id, source.text.clone());
+    }
+    e.diagnostics.extend(library.diagnostics().iter().cloned());
+    let root = open_library(&mut e, library.modules());
+    finish_kinds(&mut e);
+    e.check_defaults();
+    let scopes: Vec<ScopeId> =
+        std::iter::once(root).chain(e.modules.values().copied()).chain(e.closed.values().copied()).collect();
+    for decl in scopes.into_iter().flat_map(|scope| e.decls_in(scope)).collect::<Vec<_>>() {
+        let span = e.decl(decl).span;
+        if let Value::Object(object) = e.value_of(decl, span)
+            && e.kinds.descends(&object.kind, "draft")
+            && e.kinds.get(&object.kind).is_some_and(|kind| e.kinds.reserved(kind).is_none())
+            && let Err(reason) = super::lower::draft_of(&object)
+        {
+            e.tell(Diagnostic::error("E0701", format!("the draft cannot be woven: {reason}"), span, "drawn here"));
+        }
+    }
+    e.diagnostics
+}
+
 /// Resolves the types of all kinds.
 fn finish_kinds(e: &mut Elaborator) {
     let mut making = e.kinds.clone();
