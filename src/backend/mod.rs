@@ -1,1 +1,18 @@
-//! backend
+//! Engines that run a plan: the schedule of passes, the energy ledger, run-time watch, checkpoints and what is told
+//! while a run goes on. `cpu` is the reference engine.
+
+pub mod cpu;
+mod frame;
+mod ledger;
+mod observe;
+mod state;
+mod tape;
+
+pub use frame::{BodyFrame, ChainFrame, Family, Frame, YarnFrame};
+pub use ledger::{Account, Balance, Ledger};
+pub use observe::{
+    BodyEnd, Broken, ContactTotals, Finding, Halt, HaltReason, Judged, Observer, Outcome, Progress, Silent, Start,
+    StepView, Timings, Value, VerifyHook,
+};
+pub use state::{ActionState, BodyState, State};
+pub use tape::{Accumulator, Memory, RunningTape};

@@ -3,23 +3,24 @@
 use std::ops::Range;
 
 use glam::{DQuat, DVec3};
+use serde::{Deserialize, Serialize};
 
 use crate::plan::{DomainId, YarnLaw};
 
 /// A node in the numbering over all chain domains.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct NodeId(pub u32);
 
 /// The segment from node `i` to node `i + 1`, named by `i`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct SegmentId(pub u32);
 
 /// A yarn over all chain domains.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct YarnId(pub u32);
 
 /// A rigid body: its index in the bodies domain.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct BodyId(pub u32);
 
 /// One yarn as woven; breaking never changes it.
@@ -35,7 +36,7 @@ pub struct Yarn {
 
 /// A stretch of nodes whose neighbours are joined. A whole yarn is one run; a broken segment makes two of it. Runs are
 /// the index list that kernels loop over: sorted, disjoint, within one yarn, rebuilt at an epoch and never flagged.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Run {
     pub yarn: YarnId,
     pub nodes: Range<u32>,

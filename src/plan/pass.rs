@@ -39,6 +39,9 @@ pub enum Kernel {
     BulkViscosity { domain: DomainId, coefficient: f64 },
     /// m/s².
     Gravity { acceleration: [f64; 3] },
+    /// v ← v − ½h·M⁻¹·f(x₀), once before the first step: velocities stand at half steps from then on (leapfrog). Without
+    /// it the first kick starts from v₀ (symplectic Euler).
+    HalfKick,
     /// v ← v + h·M⁻¹·f over every moving node and body.
     Kick,
     /// x ← x + h·v, and turns of bodies.

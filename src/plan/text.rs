@@ -181,7 +181,7 @@ fn detail(kernel: &Kernel) -> String {
         }
         Kernel::Break { seed, .. } => format!("seed {seed}"),
         Kernel::Settle { residual } => format!("to {residual} of the largest tension"),
-        Kernel::Kick | Kernel::Drift | Kernel::SectionFrame { .. } | Kernel::Ledger => String::new(),
+        Kernel::HalfKick | Kernel::Kick | Kernel::Drift | Kernel::SectionFrame { .. } | Kernel::Ledger => String::new(),
     }
 }
 

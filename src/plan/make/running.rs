@@ -381,6 +381,8 @@ fn cost(kernel: &Kernel) -> (Cost, &'static [&'static str]) {
         Kernel::Axial { .. } => (of(56.0, 24.0), &["stored"]),
         Kernel::BulkViscosity { .. } => (of(24.0, 16.0), &["viscosity"]),
         Kernel::Gravity { .. } => (of(0.0, 3.0), &["gravity"]),
+        // Once a run.
+        Kernel::HalfKick => (of(0.0, 0.0), &[]),
         Kernel::Kick => (of(80.0, 6.0), &["kinetic"]),
         Kernel::Drift => (of(72.0, 6.0), &[]),
         Kernel::Fix { .. } => (of(0.0, 0.0), &["support"]),

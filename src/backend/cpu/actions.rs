@@ -1,0 +1,358 @@
+//! Fixes, pulls and loads: when they act, what they do to velocities, and the work that they book.
+
+use glam::DVec3;
+
+use super::Refusal;
+use super::engine::Engine;
+use super::program::{followed, timing};
+use crate::backend::state::ActionState;
+use crate::physics::axial::{ChainView, force_on};
+use crate::plan::{Axes, Drive, Kernel, NodeSet, TapeId, Timing};
+
+/// One `fix` or `pull` at run time.
+#[derive(Debug)]
+pub struct Action {
+    pub name: String,
+    pub kind: ActionKind,
+    /// Nodes over all chains, each with the index of its part.
+    pub nodes: Vec<(u32, usize)>,
+    pub bodies: Vec<u32>,
+    pub timing: Timing,
+    pub state: ActionState,
+    /// What it exerted in the last step, N; kept only where `reads_force`.
+    pub force: DVec3,
+    pub reads_force: bool,
+}
+
+#[derive(Debug)]
+pub enum ActionKind {
+    Hold(Axes),
+    Velocity(TapeId),
+    /// Shared equally.
+    Force(TapeId),
+    /// Outward along the yarn; the widths stand beside the nodes, m.
+    EndTension(TapeId, Vec<f64>),
+}
+
+impl Action {
+    fn acts(&self) -> bool {
+        self.state == ActionState::Acting
+    }
+
+    /// Whether its nodes have no freedom of their own while it acts.
+    fn holds_fully(&self) -> bool {
+        matches!(self.kind, ActionKind::Velocity(_) | ActionKind::Hold(Axes([true, true, true])))
+    }
+}
+
+/// Resolves the plan's actions to nodes and bodies.
+///
+/// # Errors
+/// Sets of a domain that is not there, and end tensions on nodes that end no yarn.
+pub fn actions(engine: &Engine<'_>) -> Result<Vec<Action>, Refusal> {
+    let passes = &engine.plan.body.passes;
+    let mut actions = Vec::new();
+    for pass in engine.program.actions.iter().map(|index| &passes[*index]) {
+        let (sets, mut kind): (&[NodeSet], _) = match &pass.kernel {
+            Kernel::Fix { nodes, axes, .. } => (nodes, ActionKind::Hold(*axes)),
+            Kernel::Drive { nodes, drive, .. } => match drive {
+                Drive::Velocity(tape) => (nodes, ActionKind::Velocity(*tape)),
+                Drive::Force(tape) => (nodes, ActionKind::Force(*tape)),
+                Drive::EndTension { .. } => (nodes, ActionKind::EndTension(followed(drive), Vec::new())),
+            },
+            _ => continue,
+        };
+        let (mut nodes, mut bodies) = (Vec::new(), Vec::new());
+        for (index, set) in sets.iter().enumerate() {
+            let all = set.ranges.iter().flat_map(|[from, to]| *from..*to);
+            if let Some(part) = engine.parts.iter().position(|part| part.id.0 == set.domain) {
+                let first = engine.parts[part].nodes.start as u32;
+                let before = nodes.len();
+                nodes.extend(all.map(|node| (first + node, part)));
+                if let (
+                    Kernel::Drive { drive: Drive::EndTension { pitch, .. }, .. },
+                    ActionKind::EndTension(_, widths),
+                ) = (&pass.kernel, &mut kind)
+                {
+                    let width = pitch.get(index).copied().unwrap_or(0.0);
+                    widths.extend(std::iter::repeat_n(width, nodes.len() - before));
+                }
+            } else if engine.body_part.domain.is_some_and(|domain| domain.0 == set.domain) {
+                bodies.extend(all);
+            } else {
+                let message = format!("`{}` acts on domain {}, which is not in the plan", pass.name, set.domain);
+                return Err(Refusal::new(message, Some(pass.origin)));
+            }
+        }
+        let inside = nodes.iter().any(|(node, part)| *node as usize >= engine.parts[*part].nodes.end)
+            || bodies.iter().any(|body| *body as usize >= engine.bodies.position.len());
+        if inside {
+            let message = format!("`{}` acts on nodes that its domain does not have", pass.name);
+            return Err(Refusal::new(message, Some(pass.origin)));
+        }
+        let Some(timing) = timing(&pass.kernel).cloned() else { continue };
+        actions.push(Action {
+            name: pass.name.clone(),
+            kind,
+            nodes,
+            bodies,
+            timing,
+            state: ActionState::Waiting,
+            force: DVec3::ZERO,
+            reads_force: false,
+        });
+    }
+    Ok(actions)
+}
+
+impl Engine<'_> {
+    /// Starts and ends actions whose time has come.
+    pub(super) fn time_actions(&mut self) {
+        // A trigger at a step's own time must not wait a step for rounding.
+        let now = self.time + 1e-9 * self.h;
+        let mut changed = false;
+        for action in &mut self.actions {
+            let is_true = |tape: &Option<TapeId>, none: bool| {
+                tape.as_ref().map_or(none, |tape| self.tapes[tape.0 as usize].is_true())
+            };
+            if action.state == ActionState::Waiting && now >= action.timing.at && is_true(&action.timing.when, true) {
+                action.state = ActionState::Triggered(self.time);
+            }
+            if let ActionState::Triggered(at) = action.state
+                && now >= at + action.timing.delay
+            {
+                action.state = ActionState::Acting;
+                changed = true;
+            }
+            if action.state == ActionState::Acting && is_true(&action.timing.until, false) {
+                action.state = ActionState::Over;
+                changed = true;
+            }
+        }
+        if changed {
+            self.hold_what_is_held();
+        }
+    }
+
+    /// Gives every node and body the inverse mass that the acting holds leave it.
+    pub(super) fn hold_what_is_held(&mut self) {
+        self.chains.inverse_mass.clone_from(&self.free_inverse_mass);
+        for (i, (mass, inertia)) in self.free_body.iter().enumerate() {
+            self.bodies.inverse_mass[i] = *mass;
+            self.bodies.inverse_inertia[i] = *inertia;
+        }
+        for action in self.actions.iter().filter(|action| action.acts() && action.holds_fully()) {
+            for (node, _) in &action.nodes {
+                self.chains.inverse_mass[*node as usize] = 0.0;
+            }
+            for body in &action.bodies {
+                self.bodies.inverse_mass[*body as usize] = 0.0;
+                self.bodies.inverse_inertia[*body as usize] = DVec3::ZERO;
+            }
+        }
+    }
+
+    /// Velocities that hold from the very start are initial conditions: nobody works for them.
+    pub(super) fn start_held(&mut self) {
+        for action in self.actions.iter().filter(|action| action.acts()) {
+            let (velocity, axes) = match &action.kind {
+                ActionKind::Hold(axes) => (DVec3::ZERO, *axes),
+                ActionKind::Velocity(tape) => (self.tapes[tape.0 as usize].components(), Axes([true; 3])),
+                _ => continue,
+            };
+            for (node, _) in &action.nodes {
+                let v = &mut self.chains.velocity[*node as usize];
+                *v = replace(*v, velocity, axes);
+            }
+            for body in &action.bodies {
+                let i = *body as usize;
+                self.bodies.velocity[i] = replace(self.bodies.velocity[i], velocity, axes);
+                if axes.0 == [true; 3] {
+                    self.bodies.spin[i] = DVec3::ZERO;
+                }
+            }
+        }
+    }
+
+    /// After the kick: loads push, holds and drives set velocities. Drives take their tape at the last accepted step.
+    pub(super) fn act(&mut self) {
+        let mut actions = std::mem::take(&mut self.actions);
+        for action in actions.iter_mut().filter(|action| action.acts()) {
+            action.force = DVec3::ZERO;
+            match &action.kind {
+                ActionKind::Hold(Axes([true, true, true])) => self.set_velocity(action, DVec3::ZERO),
+                ActionKind::Velocity(tape) => {
+                    let velocity = self.tapes[tape.0 as usize].components();
+                    self.set_velocity(action, velocity);
+                }
+                ActionKind::Hold(axes) => self.hold_axes(action, *axes),
+                ActionKind::Force(tape) => {
+                    let count = (action.nodes.len() + action.bodies.len()).max(1) as f64;
+                    let share = self.tapes[tape.0 as usize].components() / count;
+                    action.nodes.iter().for_each(|(node, part)| self.push_node(*node, *part, share * self.h));
+                    action.bodies.iter().for_each(|body| self.push_body(*body as usize, share * self.h));
+                    action.force = share * count;
+                }
+                ActionKind::EndTension(tape, widths) => {
+                    let tension = self.tapes[tape.0 as usize].components().x;
+                    for ((node, part), width) in action.nodes.iter().zip(widths) {
+                        let force = self.outward(*node) * (tension * width);
+                        self.push_node(*node, *part, force * self.h);
+                        action.force += force;
+                    }
+                }
+            }
+        }
+        self.actions = actions;
+    }
+
+    /// After contact: axes that are held stay held, and loads book their work with the velocity that came out.
+    pub(super) fn act_after_contact(&mut self) {
+        let mut actions = std::mem::take(&mut self.actions);
+        for action in actions.iter_mut().filter(|action| action.acts()) {
+            match &action.kind {
+                ActionKind::Hold(axes) if axes.0 != [true; 3] => self.hold_axes(action, *axes),
+                ActionKind::Force(_) => {
+                    let share = action.force * (self.h / (action.nodes.len() + action.bodies.len()).max(1) as f64);
+                    action.nodes.iter().for_each(|(node, part)| self.book_load(*node, *part, share));
+                    for body in &action.bodies {
+                        let i = *body as usize;
+                        if self.bodies.inverse_mass[i] > 0.0 {
+                            let mean = 0.5 * (self.bodies_before[i].0 + self.bodies.velocity[i]);
+                            self.ledger.accounts[self.parts.len() + i].now.drives += share.dot(mean);
+                        }
+                    }
+                }
+                ActionKind::EndTension(tape, widths) => {
+                    let tension = self.tapes[tape.0 as usize].components().x;
+                    for ((node, part), width) in action.nodes.iter().zip(widths) {
+                        let impulse = self.outward(*node) * (tension * width * self.h);
+                        self.book_load(*node, *part, impulse);
+                    }
+                }
+                _ => {}
+            }
+        }
+        self.actions = actions;
+    }
+
+    /// Unit vector along the yarn out of its end.
+    fn outward(&self, node: u32) -> DVec3 {
+        let yarn = self.chains.yarns.partition_point(|yarn| yarn.nodes.end <= node);
+        let inner = if self.chains.yarns[yarn].nodes.start == node { node + 1 } else { node - 1 };
+        (self.chains.position[node as usize] - self.chains.position[inner as usize]).normalize_or_zero()
+    }
+
+    fn push_node(&mut self, node: u32, part: usize, impulse: DVec3) {
+        let dv = impulse * self.chains.inverse_mass[node as usize];
+        self.shift(node, part, dv);
+    }
+
+    fn push_body(&mut self, body: usize, impulse: DVec3) {
+        self.bodies.velocity[body] += impulse * self.bodies.inverse_mass[body];
+    }
+
+    fn book_load(&mut self, node: u32, part: usize, impulse: DVec3) {
+        let i = node as usize;
+        // On a held node the support takes the load.
+        if self.chains.inverse_mass[i] > 0.0 {
+            let mean = 0.5 * (self.before[i] + self.chains.velocity[i]);
+            self.ledger.accounts[part].now.drives += impulse.dot(mean);
+        }
+    }
+
+    /// Changes a velocity after the kick; viscosity and gravity have booked with the kicked one and are put right.
+    pub(super) fn shift(&mut self, node: u32, part: usize, dv: DVec3) {
+        let i = node as usize;
+        self.chains.velocity[i] += dv;
+        let account = &mut self.ledger.accounts[part].now;
+        if self.parts[part].terms.viscosity {
+            account.viscosity += 0.5 * self.h * self.viscous[i].dot(dv);
+        }
+        if self.parts[part].terms.gravity {
+            account.gravity += 0.5 * self.h * self.chains.mass[i] * self.program.gravity.dot(dv);
+        }
+    }
+
+    fn hold_axes(&mut self, action: &mut Action, axes: Axes) {
+        for (node, part) in &action.nodes {
+            let i = *node as usize;
+            if self.chains.inverse_mass[i] == 0.0 {
+                continue;
+            }
+            let dv = replace(DVec3::ZERO, -self.chains.velocity[i], axes);
+            self.shift(*node, *part, dv);
+            let impulse = dv * self.chains.mass[i];
+            action.force += impulse / self.h;
+            // v⁺ is zero along the held axes, and the impulse has no other components.
+            self.ledger.accounts[*part].now.drives += 0.5 * impulse.dot(self.before[i]);
+        }
+        for body in &action.bodies {
+            let i = *body as usize;
+            let inverse = self.bodies.inverse_mass[i];
+            if inverse == 0.0 {
+                continue;
+            }
+            let dv = replace(DVec3::ZERO, -self.bodies.velocity[i], axes);
+            self.bodies.velocity[i] += dv;
+            action.force += dv / (inverse * self.h);
+            self.ledger.accounts[self.parts.len() + i].now.drives += 0.5 * dv.dot(self.bodies_before[i].0) / inverse;
+        }
+    }
+
+    /// Sets the velocity of nodes that have no freedom and books what that takes: the change of their momentum less
+    /// what the yarn and gravity gave them.
+    fn set_velocity(&mut self, action: &mut Action, velocity: DVec3) {
+        for (node, part) in &action.nodes {
+            let i = *node as usize;
+            let (before, kicked) = (self.before[i], self.chains.velocity[i]);
+            if kicked != velocity {
+                self.shift(*node, *part, velocity - kicked);
+                self.chains.velocity[i] = velocity;
+            }
+            let mean = 0.5 * (before + velocity);
+            if mean == DVec3::ZERO && !action.reads_force {
+                continue;
+            }
+            let mass = self.chains.mass[i];
+            let impulse = (velocity - before) * mass - self.force_at(*node, *part) * self.h;
+            action.force += impulse / self.h;
+            self.ledger.accounts[*part].now.drives += impulse.dot(mean);
+        }
+        for body in &action.bodies {
+            let i = *body as usize;
+            let before = self.bodies_before[i].0;
+            self.bodies.velocity[i] = velocity;
+            if self.free_body[i].0 > 0.0 {
+                let mass = 1.0 / self.free_body[i].0;
+                let impulse = (velocity - before - self.program.gravity * self.h) * mass;
+                action.force += impulse / self.h;
+                self.ledger.accounts[self.parts.len() + i].now.drives += impulse.dot(0.5 * (before + velocity));
+            }
+        }
+    }
+
+    /// Elastic, viscous and gravity force on a node at xₙ, N.
+    pub(super) fn force_at(&self, node: u32, part: usize) -> DVec3 {
+        let chains = &self.chains;
+        let run = &chains.runs[chains.runs.partition_point(|run| run.nodes.end <= node)];
+        let law = &chains.laws[chains.yarns[run.yarn.0 as usize].law as usize];
+        let view = ChainView {
+            position: &chains.position,
+            velocity: &self.before,
+            mass: &chains.mass,
+            inverse_mass: &chains.inverse_mass,
+            rest_length: &chains.rest_length,
+        };
+        let terms = self.parts[part].terms;
+        let (elastic, _) = force_on(node, run.nodes.clone(), view, law.axial_stiffness, 0.0, terms.tension_only);
+        let viscous = if terms.viscosity { self.viscous[node as usize] } else { DVec3::ZERO };
+        let weight = if terms.gravity { self.program.gravity * chains.mass[node as usize] } else { DVec3::ZERO };
+        elastic + viscous + weight
+    }
+}
+
+/// `v` with the listed axes taken from `by`.
+fn replace(v: DVec3, by: DVec3, axes: Axes) -> DVec3 {
+    DVec3::select(glam::BVec3::from_array(axes.0), by, v)
+}

@@ -1,0 +1,111 @@
+//! Contact in a step: calls the contact room between kick and drift, and books what it did to each part.
+
+use glam::DVec3;
+
+use super::blocks::Changes;
+use super::engine::Engine;
+use crate::backend::observe::{ContactTotals, HaltReason};
+use crate::physics::contact::{Contact, ContactSettings, ContactStats};
+use crate::physics::rigid;
+
+/// Contact of one run: the solver, its last step, and the velocities that it was given.
+pub(super) struct Touch {
+    solver: Contact,
+    last: ContactStats,
+    /// v* of nodes.
+    kicked: Vec<DVec3>,
+    /// v* and spin* of bodies.
+    bodies_kicked: Vec<(DVec3, DVec3)>,
+}
+
+impl Engine<'_> {
+    /// Sets contact up for the state as it stands.
+    pub(super) fn open_contact(&mut self) {
+        let Some(passes) = self.program.contact.as_ref().filter(|passes| !passes.rules.is_empty()) else { return };
+        let settings = ContactSettings { skin: passes.skin, sweeps: passes.sweeps, tolerance: passes.tolerance };
+        let solver = Contact::new(settings, &passes.rules, &self.chains, &self.bodies);
+        self.contact_totals = ContactTotals { taken: vec![0.0; passes.rules.len()], ..ContactTotals::default() };
+        self.touch = Some(Touch {
+            solver,
+            last: ContactStats::default(),
+            kicked: Vec::with_capacity(self.chains.position.len()),
+            bodies_kicked: Vec::new(),
+        });
+    }
+
+    /// v* → v⁺. Books Σ m(v⁺ − v*)·(v⁺ + v⁻)/2 on every part and body.
+    pub(super) fn contact(&mut self) {
+        let Some(mut touch) = self.touch.take() else { return };
+        let h = self.h;
+        touch.kicked.clone_from(&self.chains.velocity);
+        touch.bodies_kicked.clear();
+        touch.bodies_kicked.extend(std::iter::zip(&self.bodies.velocity, &self.bodies.spin).map(|(v, w)| (*v, *w)));
+        touch.last = touch.solver.solve(h, &self.before, &mut self.chains, &mut self.bodies, self.pool.as_deref());
+        for (part, account) in self.parts.iter_mut().zip(&mut self.ledger.accounts) {
+            let changes = Changes {
+                before: &self.before,
+                kicked: &touch.kicked,
+                after: &self.chains.velocity,
+                mass: &self.chains.mass,
+                viscous: &self.viscous,
+            };
+            let gravity = if part.terms.gravity { self.program.gravity } else { DVec3::ZERO };
+            let booked = part.blocks.book(part.terms.viscosity, &changes, gravity);
+            account.now.contact += booked.contact;
+            account.now.viscosity += h * booked.viscosity;
+            account.now.gravity += h * booked.gravity;
+        }
+        for (i, (v, w)) in touch.bodies_kicked.iter().enumerate() {
+            self.book_body_contact(i, *v, *w);
+        }
+        self.add_totals(&touch.last);
+        self.touch = Some(touch);
+    }
+
+    fn book_body_contact(&mut self, i: usize, kicked: DVec3, kicked_spin: DVec3) {
+        let (inverse_mass, inverse_inertia) = (self.bodies.inverse_mass[i], self.bodies.inverse_inertia[i]);
+        let (before, before_spin) = self.bodies_before[i];
+        let (after, after_spin) = (self.bodies.velocity[i], self.bodies.spin[i]);
+        let mut work = 0.0;
+        if inverse_mass > 0.0 {
+            work += 0.5 * (after - kicked).dot(after + before) / inverse_mass;
+        }
+        let moment = rigid::angular_momentum(self.bodies.turn[i], after_spin - kicked_spin, inverse_inertia);
+        work += 0.5 * moment.dot(after_spin + before_spin);
+        self.ledger.accounts[self.parts.len() + i].now.contact += work;
+    }
+
+    fn add_totals(&mut self, stats: &ContactStats) {
+        let totals = &mut self.contact_totals;
+        totals.contacts += stats.pressed as u64;
+        totals.candidates += stats.tested as u64;
+        totals.rebuilds += u64::from(stats.rebuilt);
+        totals.sweeps += u64::from(stats.sweeps);
+        totals.deepest = totals.deepest.max(stats.overlap);
+        for (taken, rule) in totals.taken.iter_mut().zip(&stats.rules) {
+            *taken += rule.dissipated();
+        }
+    }
+
+    /// What contact did to a body in the last step, averaged over it, N.
+    pub(super) fn contact_force(&self, body: usize) -> DVec3 {
+        let impulse = self.touch.as_ref().and_then(|touch| touch.last.body_impulse.get(body));
+        impulse.map_or(DVec3::ZERO, |[linear, _]| *linear / self.h)
+    }
+
+    /// Whether any rule pressed in the last step.
+    pub(super) fn touching(&self) -> bool {
+        self.touch.as_ref().is_some_and(|touch| touch.last.pressed > 0)
+    }
+
+    /// Overlaps that the oracle found in a step.
+    pub(super) fn penetrated(&mut self, count: u64) {
+        self.penetrations += count;
+        if let Some((limit, origin)) = self.watch.penetrations
+            && self.penetrations as f64 > limit
+        {
+            let message = format!("the oracle has found {} overlaps (limit {limit})", self.penetrations);
+            self.stop(HaltReason::Penetration, message, None, Some(origin));
+        }
+    }
+}

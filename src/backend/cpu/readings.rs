@@ -1,0 +1,134 @@
+//! Outputs of parts, bodies and passes, as tapes read them.
+
+use glam::DVec3;
+
+use super::Refusal;
+use super::engine::Engine;
+use crate::plan::{Kernel, OriginId, Quantity, Reading, Sink};
+
+/// What an item's name stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    Part(usize),
+    Body(usize),
+    Action(usize),
+    /// The contact pass as a whole.
+    Contact,
+}
+
+/// Whether a quantity is a vector.
+pub fn is_vector(quantity: Quantity) -> bool {
+    matches!(
+        quantity,
+        Quantity::Position | Quantity::Velocity | Quantity::Spin | Quantity::ContactForce | Quantity::Force
+    )
+}
+
+/// Finds the source of a reading of tape `tape`, and checks that it has that output.
+///
+/// # Errors
+/// An item or output that this engine does not deliver, at the sink or pass that asks for it.
+pub fn source(engine: &mut Engine<'_>, reading: &Reading, tape: usize) -> Result<Source, Refusal> {
+    let item = reading.item.as_str();
+    let part = engine.parts.iter().position(|part| part.name == item).map(Source::Part);
+    let body = || engine.body_part.recipes.iter().position(|recipe| recipe.name == item).map(Source::Body);
+    // A pass may be called after its item, or after what it does with it.
+    let named = |name: &str| name == item || name.rsplit(' ').next() == Some(item);
+    let action = || engine.actions.iter().position(|action| named(&action.name)).map(Source::Action);
+    let contact = || {
+        let is = |pass: &crate::plan::Pass| matches!(pass.kernel, Kernel::Contact { .. }) && named(&pass.name);
+        engine.plan.body.passes.iter().any(is).then_some(Source::Contact)
+    };
+    let found = part.or_else(body).or_else(action).or_else(contact);
+    let delivered = found.filter(|source| delivers(*source, reading.quantity));
+    if let Some(Source::Action(index)) = delivered {
+        engine.actions[index].reads_force = true;
+    }
+    delivered.ok_or_else(|| {
+        let message = format!("`{item}` has no output {:?} in this backend", reading.quantity);
+        Refusal::new(message, asked_by(engine, tape))
+    })
+}
+
+fn delivers(source: Source, quantity: Quantity) -> bool {
+    use Quantity::*;
+    match source {
+        Source::Part(_) => matches!(
+            quantity,
+            Position
+                | Velocity
+                | Speed
+                | Energy
+                | Penetrations
+                | BrokenYarns
+                | BrokenSegments
+                | LargestStrain
+                | Tension
+        ),
+        Source::Body(_) => {
+            matches!(quantity, Position | Velocity | Spin | Speed | Energy | ContactForce | Penetrations)
+        }
+        Source::Action(_) => quantity == Force,
+        Source::Contact => quantity == Touching,
+    }
+}
+
+fn asked_by(engine: &Engine<'_>, tape: usize) -> Option<OriginId> {
+    engine.plan.body.sinks.iter().find_map(|sink| match sink {
+        Sink::Expect(check) if check.tape.0 as usize == tape => Some(check.origin),
+        _ => None,
+    })
+}
+
+impl Engine<'_> {
+    /// Evaluates every tape at the present state. With `accepted`, reductions over time take the values.
+    pub(super) fn evaluate_tapes(&mut self, accepted: bool) {
+        if self.tapes.is_empty() {
+            return;
+        }
+        if self.reads_energy {
+            self.measure();
+        }
+        let mut tapes = std::mem::take(&mut self.tapes);
+        for (running, tape) in tapes.iter_mut().zip(&self.plan.body.tapes) {
+            running.evaluate(tape, self.time, accepted, &mut |reading| self.read(reading));
+        }
+        self.tapes = tapes;
+    }
+
+    fn read(&self, reading: &Reading) -> DVec3 {
+        let Some((_, source)) = self.sources.iter().find(|(known, _)| known == reading) else { return DVec3::NAN };
+        let number = |value: f64| DVec3::new(value, 0.0, 0.0);
+        match (*source, reading.quantity) {
+            (Source::Part(part), Quantity::Position) => self.mean_over(part, &self.chains.position),
+            (Source::Part(part), Quantity::Velocity) => self.mean_over(part, &self.chains.velocity),
+            (Source::Part(part), Quantity::Speed) => number(self.mean_over(part, &self.chains.velocity).length()),
+            (Source::Part(part), Quantity::Energy) => number(self.energy(part)),
+            (Source::Part(part), Quantity::BrokenYarns) => number(self.count_broken(part).0 as f64),
+            (Source::Part(part), Quantity::BrokenSegments) => number(self.count_broken(part).1 as f64),
+            (Source::Part(part), Quantity::LargestStrain) => number(self.parts[part].sums.largest_strain.max(-1.0)),
+            (Source::Part(part), Quantity::Tension) => number(self.parts[part].sums.largest_tension),
+            (_, Quantity::Penetrations) => number(self.penetrations as f64),
+            (Source::Body(body), Quantity::Position) => self.bodies.position[body],
+            (Source::Body(body), Quantity::Velocity) => self.bodies.velocity[body],
+            (Source::Body(body), Quantity::Spin) => self.bodies.spin[body],
+            (Source::Body(body), Quantity::Speed) => number(self.bodies.velocity[body].length()),
+            (Source::Body(body), Quantity::Energy) => number(self.energy(self.parts.len() + body)),
+            (Source::Body(body), Quantity::ContactForce) => self.contact_force(body),
+            (Source::Action(action), Quantity::Force) => self.actions[action].force,
+            (Source::Contact, Quantity::Touching) => number(f64::from(u8::from(self.touching()))),
+            _ => DVec3::NAN,
+        }
+    }
+
+    /// Mass-weighted mean over the nodes of a part, in node order.
+    fn mean_over(&self, part: usize, values: &[DVec3]) -> DVec3 {
+        let nodes = self.parts[part].nodes.clone();
+        let (mut sum, mut mass) = (DVec3::ZERO, 0.0);
+        for i in nodes {
+            sum += values[i] * self.chains.mass[i];
+            mass += self.chains.mass[i];
+        }
+        sum / mass
+    }
+}

@@ -1,0 +1,67 @@
+//! The state of a run as data: what a checkpoint holds, and what another case may start from.
+
+use glam::{DQuat, DVec3};
+use serde::{Deserialize, Serialize};
+
+use super::ledger::Ledger;
+use super::tape::Memory;
+use crate::physics::Run;
+use crate::physics::breaking::Spent;
+
+/// Everything that the plan does not give. Arrays over nodes run over all chain domains in plan order.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    /// Hash of the plan that made it.
+    pub plan: String,
+    /// s.
+    pub time: f64,
+    pub step: u64,
+    /// m.
+    pub position: Vec<DVec3>,
+    /// m/s, half a step behind.
+    pub velocity: Vec<DVec3>,
+    pub thickness_axis: Vec<DVec3>,
+    /// m.
+    pub half_thickness: Vec<f64>,
+    /// m.
+    pub rest_length: Vec<f64>,
+    pub runs: Vec<Run>,
+    pub epoch: u64,
+    /// Broken segments by their first node, sorted.
+    pub broken: Vec<u32>,
+    /// Stretches of yarn that broke and are still over their strength.
+    pub spent: Vec<Spent>,
+    pub bodies: Vec<BodyState>,
+    pub ledger: Ledger,
+    /// Accumulators of each tape.
+    pub tapes: Vec<Memory>,
+    pub actions: Vec<ActionState>,
+    /// Each chain domain with its first node and the node after its last.
+    pub domains: Vec<(String, u32, u32)>,
+    /// Largest strain seen so far (1); 0 at the start.
+    pub largest_strain: f64,
+    pub penetrations: u64,
+    /// Kinetic energy at the last settling check, J.
+    pub kinetic_before: f64,
+}
+
+/// How far a fix or pull has come.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ActionState {
+    /// Its time or condition has not come.
+    #[default]
+    Waiting,
+    /// Triggered at this time (s); acts once its delay is over.
+    Triggered(f64),
+    Acting,
+    Over,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BodyState {
+    pub position: DVec3,
+    pub turn: DQuat,
+    pub velocity: DVec3,
+    pub spin: DVec3,
+}

@@ -1,0 +1,354 @@
+//! Tapes at run time: each is evaluated once per accepted step, and its reductions over time see every one of them.
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use super::observe::Value;
+use crate::plan::{Op, Reading, Reduction, Slot, Tape, constant};
+use crate::scene::{BinaryFn, PartsOp, TimeOp, UnaryFn};
+
+/// The accumulators of one tape, one for each `OverTime` op in order.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Memory(pub Vec<Accumulator>);
+
+/// What a reduction over time has seen so far. Lone optionals instead of infinities, so that it can be written as JSON.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Accumulator {
+    first: Option<DVec3>,
+    last: Option<DVec3>,
+    /// s, of `last`.
+    last_time: f64,
+    extreme: Option<f64>,
+    integral: DVec3,
+    /// s, summed over the intervals seen.
+    span: f64,
+    /// s, when the condition first held.
+    held_first: Option<f64>,
+    failed: bool,
+    /// For `at`.
+    found: Option<DVec3>,
+}
+
+impl Accumulator {
+    /// Takes the value at `time` of an accepted step. `after` and `before` bound the window, s.
+    fn see(&mut self, op: TimeOp, value: DVec3, time: f64, after: f64, before: f64) {
+        if op == TimeOp::At {
+            self.see_at(value, time, after);
+            return;
+        }
+        if time < after || time > before {
+            return;
+        }
+        if let Some(last) = self.last {
+            let step = time - self.last_time;
+            self.integral += (last + value) * (0.5 * step);
+            self.span += step;
+        }
+        self.first = self.first.or(Some(value));
+        (self.last, self.last_time) = (Some(value), time);
+        self.extreme = match (op, self.extreme) {
+            (TimeOp::Max, Some(extreme)) => Some(extreme.max(value.x)),
+            (TimeOp::Min, Some(extreme)) => Some(extreme.min(value.x)),
+            _ => Some(value.x),
+        };
+        if value.x != 0.0 {
+            self.held_first = self.held_first.or(Some(time));
+        } else {
+            self.failed = true;
+        }
+    }
+
+    /// The value at the time `at`, by a straight line between the steps around it.
+    fn see_at(&mut self, value: DVec3, time: f64, at: f64) {
+        if self.found.is_none() && time >= at {
+            self.found = Some(match self.last {
+                Some(last) if time > self.last_time => {
+                    last.lerp(value, (at - self.last_time) / (time - self.last_time))
+                }
+                _ => value,
+            });
+        }
+        (self.last, self.last_time) = (Some(value), time);
+    }
+
+    /// The reduction as it stands; not-a-number where nothing was seen.
+    fn value(&self, op: TimeOp) -> DVec3 {
+        let truth = |truth: bool| DVec3::splat(f64::from(u8::from(truth)));
+        match op {
+            TimeOp::Initial => self.first.unwrap_or(DVec3::NAN),
+            TimeOp::Final => self.last.unwrap_or(DVec3::NAN),
+            TimeOp::Max | TimeOp::Min => DVec3::splat(self.extreme.unwrap_or(f64::NAN)),
+            TimeOp::Mean if self.span > 0.0 => self.integral / self.span,
+            TimeOp::Mean => self.first.unwrap_or(DVec3::NAN),
+            TimeOp::Integral => self.integral,
+            TimeOp::First => DVec3::splat(self.held_first.unwrap_or(f64::NAN)),
+            TimeOp::Always => truth(!self.failed),
+            TimeOp::Ever => truth(self.held_first.is_some()),
+            TimeOp::At => self.found.unwrap_or(DVec3::NAN),
+        }
+    }
+}
+
+/// One tape with its working values. Numbers stand in all three components.
+#[derive(Clone, Debug)]
+pub struct RunningTape {
+    values: Vec<DVec3>,
+    /// Whether each op's value is a vector.
+    vector: Vec<bool>,
+    pub memory: Memory,
+}
+
+impl RunningTape {
+    /// `is_vector` answers for readings.
+    pub fn new(tape: &Tape, is_vector: impl Fn(&Reading) -> bool) -> Self {
+        let mut vector: Vec<bool> = Vec::with_capacity(tape.ops.len());
+        for op in &tape.ops {
+            let of = |slot: &Slot| vector[slot.0 as usize];
+            vector.push(match op {
+                Op::Read(reading) => is_vector(reading),
+                Op::Vector(_) => true,
+                Op::Unary(UnaryFn::Negate, a) => of(a),
+                Op::Binary(BinaryFn::Cross, ..) => true,
+                Op::Binary(BinaryFn::Add | BinaryFn::Subtract | BinaryFn::Multiply | BinaryFn::Divide, a, b) => {
+                    of(a) || of(b)
+                }
+                Op::If([_, then, _]) => of(then),
+                Op::Parts(_, parts) => parts.first().is_some_and(of),
+                Op::OverTime(reduction) => {
+                    matches!(
+                        reduction.op,
+                        TimeOp::Initial | TimeOp::Final | TimeOp::Mean | TimeOp::Integral | TimeOp::At
+                    ) && of(&reduction.of)
+                }
+                _ => false,
+            });
+        }
+        let accumulators = tape.ops.iter().filter(|op| matches!(op, Op::OverTime(_))).count();
+        Self {
+            values: vec![DVec3::ZERO; tape.ops.len()],
+            vector,
+            memory: Memory(vec![Accumulator::default(); accumulators]),
+        }
+    }
+
+    /// Evaluates at `time` (s). `read` gives the outputs; numbers may stand in any component 0. With `accepted`, the
+    /// reductions take the values; without, they only answer.
+    pub fn evaluate(&mut self, tape: &Tape, time: f64, accepted: bool, read: &mut dyn FnMut(&Reading) -> DVec3) {
+        let mut accumulator = 0;
+        for (index, op) in tape.ops.iter().enumerate() {
+            let value = match op {
+                Op::Time => DVec3::splat(time),
+                Op::Read(reading) => {
+                    let value = read(reading);
+                    if self.vector[index] { value } else { DVec3::splat(value.x) }
+                }
+                Op::OverTime(reduction) => {
+                    let value = self.reduce(reduction, accumulator, time, accepted);
+                    accumulator += 1;
+                    value
+                }
+                op => self.straight(op),
+            };
+            self.values[index] = value;
+        }
+    }
+
+    fn reduce(&mut self, reduction: &Reduction, index: usize, time: f64, accepted: bool) -> DVec3 {
+        let bound = |slot: &Option<Slot>, otherwise: f64| slot.map_or(otherwise, |slot| self.at(slot).x);
+        let (after, before) = (bound(&reduction.after, f64::NEG_INFINITY), bound(&reduction.before, f64::INFINITY));
+        let value = self.at(reduction.of);
+        let accumulator = &mut self.memory.0[index];
+        if accepted {
+            accumulator.see(reduction.op, value, time, after, before);
+        }
+        accumulator.value(reduction.op)
+    }
+
+    fn at(&self, slot: Slot) -> DVec3 {
+        self.values[slot.0 as usize]
+    }
+
+    fn is_vector(&self, slot: Slot) -> bool {
+        self.vector[slot.0 as usize]
+    }
+
+    /// Ops that look at other slots alone.
+    fn straight(&self, op: &Op) -> DVec3 {
+        let number = DVec3::splat;
+        match op {
+            Op::Number(value) => number(*value),
+            Op::Vector([x, y, z]) => DVec3::new(self.at(*x).x, self.at(*y).x, self.at(*z).x),
+            Op::Component(of, axis) => number(self.at(*of).to_array()[usize::from(*axis).min(2)]),
+            Op::Unary(UnaryFn::Norm, of) if self.is_vector(*of) => number(self.at(*of).length()),
+            Op::Unary(UnaryFn::Norm, of) => number(self.at(*of).x.abs()),
+            Op::Unary(UnaryFn::Negate, of) => -self.at(*of),
+            Op::Unary(function, of) => number(unary(*function, self.at(*of).x)),
+            Op::Binary(function, a, b) => self.binary(*function, *a, *b),
+            Op::If([condition, then, otherwise]) => {
+                if self.at(*condition).x != 0.0 {
+                    self.at(*then)
+                } else {
+                    self.at(*otherwise)
+                }
+            }
+            Op::Near { of: [a, b], within, relative } => {
+                let (a, b) = (*a, *b);
+                let length = |v: DVec3, vector: bool| if vector { v.length() } else { v.x.abs() };
+                let scale = if *relative { length(self.at(b), self.is_vector(b)) } else { 1.0 };
+                let apart = length(self.at(a) - self.at(b), self.is_vector(a));
+                number(f64::from(u8::from(apart <= self.at(*within).x * scale)))
+            }
+            Op::Curve { points, at } => number(constant::curve(points, self.at(*at).x)),
+            Op::Parts(op, parts) => {
+                let values = parts.iter().map(|slot| self.at(*slot));
+                match op {
+                    PartsOp::Sum => values.sum(),
+                    PartsOp::Largest => values.reduce(DVec3::max).unwrap_or(DVec3::NAN),
+                    PartsOp::Smallest => values.reduce(DVec3::min).unwrap_or(DVec3::NAN),
+                }
+            }
+            Op::Time | Op::Read(_) | Op::OverTime(_) => DVec3::NAN,
+        }
+    }
+
+    fn binary(&self, function: BinaryFn, a: Slot, b: Slot) -> DVec3 {
+        let (a, b) = (self.at(a), self.at(b));
+        let truth = |truth: bool| DVec3::splat(f64::from(u8::from(truth)));
+        match function {
+            BinaryFn::Add => a + b,
+            BinaryFn::Subtract => a - b,
+            BinaryFn::Multiply => a * b,
+            BinaryFn::Divide => a / b,
+            BinaryFn::Modulo => DVec3::splat(a.x - b.x * libm::floor(a.x / b.x)),
+            BinaryFn::Power => DVec3::splat(libm::pow(a.x, b.x)),
+            BinaryFn::Min => DVec3::splat(a.x.min(b.x)),
+            BinaryFn::Max => DVec3::splat(a.x.max(b.x)),
+            BinaryFn::Atan2 => DVec3::splat(libm::atan2(a.x, b.x)),
+            BinaryFn::Dot => DVec3::splat(a.dot(b)),
+            BinaryFn::Cross => a.cross(b),
+            BinaryFn::Angle => DVec3::splat(libm::atan2(a.cross(b).length(), a.dot(b))),
+            BinaryFn::Less => truth(a.x < b.x),
+            BinaryFn::LessEqual => truth(a.x <= b.x),
+            BinaryFn::Equal => truth(a.x == b.x),
+            BinaryFn::And => truth(a.x != 0.0 && b.x != 0.0),
+            BinaryFn::Or => truth(a.x != 0.0 || b.x != 0.0),
+        }
+    }
+
+    /// The tape's value: that of its last op.
+    pub fn value(&self) -> Value {
+        match (self.values.last(), self.vector.last()) {
+            (Some(value), Some(true)) => Value::Vector(*value),
+            (Some(value), _) => Value::Number(value.x),
+            (None, _) => Value::Number(f64::NAN),
+        }
+    }
+
+    /// The value as a vector; a number stands in all components.
+    pub fn components(&self) -> DVec3 {
+        self.values.last().copied().unwrap_or(DVec3::NAN)
+    }
+
+    pub fn is_true(&self) -> bool {
+        let value = self.components().x;
+        value != 0.0 && !value.is_nan()
+    }
+
+    /// For a check `a < b` or `near(a, b)`: what stood on the left side. Looks through `and` and `not` to the first
+    /// comparison; else the value itself.
+    pub fn observed(&self, tape: &Tape) -> f64 {
+        let mut at = tape.ops.len().saturating_sub(1);
+        while let Some(op) = tape.ops.get(at) {
+            match op {
+                Op::OverTime(Reduction { op: TimeOp::Always | TimeOp::Ever, of, .. }) => at = of.0 as usize,
+                Op::Unary(UnaryFn::Not, of) => at = of.0 as usize,
+                Op::Binary(BinaryFn::And | BinaryFn::Or, left, _) => at = left.0 as usize,
+                Op::Binary(BinaryFn::Less | BinaryFn::LessEqual | BinaryFn::Equal, left, right) => {
+                    // `3 < x` reads the other way round.
+                    let constant = matches!(tape.ops[left.0 as usize], Op::Number(_));
+                    return self.at(if constant { *right } else { *left }).x;
+                }
+                Op::Near { of: [left, _], .. } => return self.at(*left).x,
+                _ => return self.values[at].x,
+            }
+        }
+        f64::NAN
+    }
+}
+
+fn unary(function: UnaryFn, x: f64) -> f64 {
+    match function {
+        UnaryFn::Negate => -x,
+        UnaryFn::Not => f64::from(u8::from(x == 0.0)),
+        UnaryFn::Abs | UnaryFn::Norm => x.abs(),
+        UnaryFn::Sqrt => x.sqrt(),
+        UnaryFn::Sin => libm::sin(x),
+        UnaryFn::Cos => libm::cos(x),
+        UnaryFn::Tan => libm::tan(x),
+        UnaryFn::Asin => libm::asin(x),
+        UnaryFn::Acos => libm::acos(x),
+        UnaryFn::Atan => libm::atan(x),
+        UnaryFn::Exp => libm::exp(x),
+        UnaryFn::Log => libm::log(x),
+        UnaryFn::Floor => libm::floor(x),
+        UnaryFn::Round => libm::round(x),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn reduction(op: TimeOp, after: Option<Slot>) -> Tape {
+        let ops = vec![
+            Op::Time,
+            Op::Number(2.0),
+            Op::Binary(BinaryFn::Multiply, Slot(0), Slot(0)),
+            Op::OverTime(Reduction { op, of: Slot(2), after, before: None }),
+        ];
+        Tape { name: "t²".into(), ops }
+    }
+
+    fn over_steps(tape: &Tape, steps: u32, h: f64) -> f64 {
+        let mut running = RunningTape::new(tape, |_| false);
+        for step in 0..=steps {
+            running.evaluate(tape, f64::from(step) * h, true, &mut |_| DVec3::ZERO);
+        }
+        running.components().x
+    }
+
+    #[test]
+    fn reductions_see_every_accepted_step() {
+        let value = |op, after| over_steps(&reduction(op, after), 400, 0.01);
+        assert_eq!(value(TimeOp::Final, None), 16.0);
+        assert_eq!(value(TimeOp::Initial, None), 0.0);
+        assert_eq!(value(TimeOp::Max, None), 16.0);
+        assert_eq!(value(TimeOp::Min, Some(Slot(1))), 4.0);
+        assert!((value(TimeOp::Integral, None) - 64.0 / 3.0).abs() < 1e-3);
+        assert!((value(TimeOp::Mean, Some(Slot(1))) - 28.0 / 3.0).abs() < 1e-3);
+        assert!((value(TimeOp::At, Some(Slot(1))) - 4.0).abs() < 1e-12);
+        assert_eq!(value(TimeOp::Ever, None), 1.0);
+        assert_eq!(value(TimeOp::Always, None), 0.0);
+        assert_eq!(value(TimeOp::First, None), 0.01);
+    }
+
+    #[test]
+    fn vectors_and_numbers_mix() {
+        let ops = vec![
+            Op::Number(3.0),
+            Op::Number(4.0),
+            Op::Number(0.0),
+            Op::Vector([Slot(0), Slot(1), Slot(2)]),
+            Op::Number(2.0),
+            Op::Binary(BinaryFn::Multiply, Slot(4), Slot(3)),
+            Op::Unary(UnaryFn::Norm, Slot(5)),
+            Op::Number(9.0),
+            Op::Binary(BinaryFn::Less, Slot(7), Slot(6)),
+        ];
+        let tape = Tape { name: "norm".into(), ops };
+        let mut running = RunningTape::new(&tape, |_| false);
+        running.evaluate(&tape, 0.0, true, &mut |_| DVec3::ZERO);
+        assert!(running.is_true());
+        assert_eq!(running.observed(&tape), 10.0);
+    }
+}
