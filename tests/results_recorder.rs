@@ -95,7 +95,7 @@ fn sinks(draft: &mut Draft, yarn: DomainId, bodies: DomainId, duration: f64) {
             view: PictureView::Front,
             at: vec![duration],
         },
-        Sink::Checkpoint { wall_seconds: 0.0 },
+        Sink::Checkpoint { wall_seconds: 0.3 },
         Sink::Expect(check),
     ];
 }
