@@ -387,14 +387,17 @@ impl<'t> File<'t> {
         for item in items {
             let ItemNode::Field { path, .. } = &item.node else {
                 if !matches!(item.node, ItemNode::Broken { .. }) {
-                    let problem = Diagnostic::error("E0406", "`quick` holds only changes, `path = value`", item.span, "");
+                    let problem =
+                        Diagnostic::error("E0406", "`quick` holds only changes, `path = value`", item.span, "");
                     e.tell(problem);
                 }
                 continue;
             };
             if self.options.quick {
                 e.add_change(Written::Tree(item), scope, How::Set, layer::QUICK);
-            } else if e.find(&path.head.text, scope).is_none() && e.stages.last().is_some_and(|stage| stage.scope == scope) {
+            } else if e.find(&path.head.text, scope).is_none()
+                && e.stages.last().is_some_and(|stage| stage.scope == scope)
+            {
                 e.add_change(Written::Tree(item), scope, How::Set, layer::QUICK);
             }
         }
@@ -435,8 +438,12 @@ impl<'t> File<'t> {
             }
             let names: Vec<String> = scopes.iter().flat_map(|scope| self.elaborator.declared_here(*scope)).collect();
             let name = &path.head.text;
-            let mut problem =
-                Diagnostic::error("E0506", format!("`--set` names `{name}`, which the file does not declare"), path.head.span, "");
+            let mut problem = Diagnostic::error(
+                "E0506",
+                format!("`--set` names `{name}`, which the file does not declare"),
+                path.head.span,
+                "",
+            );
             if let Some(near) = eval::nearest(name, names.iter().map(String::as_str)) {
                 problem = problem.note(format!("did you mean `{near}`?"));
             }

@@ -112,17 +112,41 @@ pub struct Decl<'t> {
 
 #[derive(Clone, Copy)]
 pub enum Node<'t> {
-    Let { value: &'t tree::Expr, ty: Option<&'t tree::Type> },
-    Param { value: &'t tree::Expr, ty: Option<&'t tree::Type>, bounds: Option<&'t tree::Expr> },
-    Function { params: &'t [tree::Parameter], result: Option<&'t tree::Type>, body: &'t tree::Expr, span: Span },
-    Component { params: &'t [tree::Parameter], parent: Option<&'t tree::Name>, body: &'t [tree::Item] },
-    Block { block: &'t tree::Block, span: Span },
+    Let {
+        value: &'t tree::Expr,
+        ty: Option<&'t tree::Type>,
+    },
+    Param {
+        value: &'t tree::Expr,
+        ty: Option<&'t tree::Type>,
+        bounds: Option<&'t tree::Expr>,
+    },
+    Function {
+        params: &'t [tree::Parameter],
+        result: Option<&'t tree::Type>,
+        body: &'t tree::Expr,
+        span: Span,
+    },
+    Component {
+        params: &'t [tree::Parameter],
+        parent: Option<&'t tree::Name>,
+        body: &'t [tree::Item],
+    },
+    Block {
+        block: &'t tree::Block,
+        span: Span,
+    },
     /// Declared in the bodies of `for` and `if`; the statement says where.
-    Collected { statement: StatementId },
+    Collected {
+        statement: StatementId,
+    },
     /// Its value is in the state: a loop variable.
     Bound,
     /// A component's parameter in one instance.
-    Argument { instance: InstanceId, param: &'t tree::Parameter },
+    Argument {
+        instance: InstanceId,
+        param: &'t tree::Parameter,
+    },
     Case(StageId),
     /// Did not parse.
     Broken,
@@ -133,7 +157,10 @@ pub enum DeclState {
     Working,
     Value(Value),
     /// Its items; whether they are an array.
-    Expanded { instances: Vec<InstanceId>, array: bool },
+    Expanded {
+        instances: Vec<InstanceId>,
+        array: bool,
+    },
 }
 
 /// `path = value` as it was written, in the tree or inside a template.
@@ -207,6 +234,8 @@ pub struct Instance<'t> {
     pub chosen: HashMap<usize, Option<Rc<str>>>,
     /// What it should have been given, in the user's words.
     pub missing: Vec<String>,
+    /// Fields that a misspelt name was probably meant for.
+    pub meant: Vec<String>,
     /// What is missing is no error: a part of a library that is still to be placed.
     pub template: bool,
 }
@@ -346,7 +375,7 @@ impl<'t> Elaborator<'t> {
         let ring: Vec<String> = self.stack[from..].iter().map(|(name, _)| format!("`{name}`")).collect();
         let message = match ring.len() {
             0 | 1 => format!("`{what}` needs itself"),
-            _ => format!("{} needs `{what}`: a circle", ring.join(" needs ")),
+            _ => format!("{}, which needs `{what}`: a circle", ring.join(" needs ")),
         };
         let mut problem = Diagnostic::error("E0204", message, span, "closes the circle");
         if let Some((name, place)) = self.stack.get(from).filter(|(_, place)| *place != span) {
