@@ -395,11 +395,10 @@ impl<'t> File<'t> {
                 }
                 continue;
             };
-            if self.options.quick {
-                e.add_change(Written::Tree(item), scope, How::Set, layer::QUICK);
-            } else if e.find(&path.head.text, scope).is_none()
-                && e.stages.last().is_some_and(|stage| stage.scope == scope)
-            {
+            // Not asked for: only a path that nothing declares is told, once.
+            let unknown =
+                e.find(&path.head.text, scope).is_none() && e.stages.last().is_some_and(|stage| stage.scope == scope);
+            if self.options.quick || unknown {
                 e.add_change(Written::Tree(item), scope, How::Set, layer::QUICK);
             }
         }
