@@ -48,6 +48,7 @@ impl<'t> Elaborator<'t> {
             fields: HashMap::new(),
             chosen: HashMap::new(),
             missing: Vec::new(),
+            meant: Vec::new(),
             template: false,
         });
         id
@@ -68,7 +69,9 @@ impl<'t> Elaborator<'t> {
 
     /// One diagnostic for all that an instance should have been given.
     fn report_missing(&mut self, id: InstanceId) {
-        let missing = std::mem::take(&mut self.instance_mut(id).missing);
+        let mut missing = std::mem::take(&mut self.instance_mut(id).missing);
+        // The misspelt name is reported already.
+        missing.retain(|what| !self.instance(id).meant.iter().any(|name| what.contains(&format!("`{name}`"))));
         let instance = self.instance(id);
         if missing.is_empty() || instance.template {
             return;
@@ -147,6 +150,8 @@ impl<'t> Elaborator<'t> {
         let mut problem = Diagnostic::error("E0401", message, span, "unknown field");
         if let Some(near) = eval::nearest(name, known.iter().map(String::as_str)) {
             problem = problem.fix(format!("write `{near}`"), span, near);
+            let near = near.to_owned();
+            self.instance_mut(id).meant.push(near);
         }
         problem = problem.note(match known.is_empty() {
             true => format!("`{}` has no fields", kind.name),
