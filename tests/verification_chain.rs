@@ -5,7 +5,7 @@ mod chain_plans;
 use chain_plans::{Draft, breaking, law, run_to_end, safe_step};
 use glam::DVec3;
 use ripstop::backend::{Outcome, State};
-use ripstop::plan::{BodyRecipe, Kernel, Plan, Recipe, YarnLaw};
+use ripstop::plan::{BodyRecipe, Kernel, Node, Plan, Recipe, YarnLaw};
 
 const VISCOSITY: f64 = 0.06;
 
@@ -284,6 +284,36 @@ fn a_ringing_yarn_keeps_its_energy() {
     let drift = (account.kinetic + account.stored) / account.initial - 1.0;
     println!("after {} steps: energy {drift:.2e} off, closure {:.2e}", outcome.steps, outcome.ledger.closure());
     assert!(drift.abs() < 1e-3, "{drift:e}");
+    check_books(&outcome, law);
+}
+
+/// A static run ends at the strain T/EA, and its books close over the stops.
+#[test]
+fn a_pulled_yarn_settles_at_its_tension() {
+    let law = &fibres()[0];
+    let (length, segments, tension) = (0.1, 50, 20.0);
+    let mut draft = Draft::new();
+    let yarn = draft.strand(law.clone(), length, segments, [0.0; 3]);
+    let each = vec![
+        draft.pass(Kernel::Axial { domain: yarn, tension_only: false }),
+        draft.pass(Kernel::BulkViscosity { domain: yarn, coefficient: VISCOSITY }),
+        draft.fix(yarn, vec![[0, 1]]),
+        draft.pull_end(yarn, segments, tension),
+        draft.pass(Kernel::Kick),
+        draft.pass(Kernel::Drift),
+        draft.pass(Kernel::Settle { residual: 1e-4 }),
+        Node::Commit,
+        Node::Emit,
+    ];
+    let step = safe_step(law, length / f64::from(segments), VISCOSITY);
+    draft.body.schedule = Node::Run { step, duration: None, most_steps: 100_000, each: Box::new(Node::Seq(each)) };
+    let outcome = run_to_end(&draft.finish(), 1);
+    let worst = strains(&outcome.state)
+        .into_iter()
+        .map(|strain| (strain * law.axial_stiffness / tension - 1.0).abs())
+        .fold(0.0, f64::max);
+    println!("settled in {} steps, {worst:.1e} off, closure {:.1e}", outcome.steps, outcome.ledger.closure());
+    assert!(worst < 1e-3, "{worst}");
     check_books(&outcome, law);
 }
 
