@@ -99,9 +99,9 @@ fn a_yarn_round_a_post_obeys_the_capstan_equation() {
 /// Two crossing yarns that can flatten, the upper one with a node at rest above the lower one's and coming down.
 fn press(law_of: CompactionLaw, limit: f64, speed: f64) -> Scene {
     let mut s = Scene::new(law(RADIUS, RADIUS)).flattening(FlatteningLaw { limit, law: law_of });
-    s.straight(DVec3::NEG_X * 5e-4, DVec3::X * 5e-4, 5, DVec3::ZERO);
+    s.straight(DVec3::NEG_X * 1.5e-3, DVec3::X * 1.5e-3, 5, DVec3::ZERO);
     let z = DVec3::Z * 2.1 * RADIUS;
-    s.straight(z - DVec3::Y * 5e-4, z + DVec3::Y * 5e-4, 5, DVec3::NEG_Z * speed);
+    s.straight(z - DVec3::Y * 1.5e-3, z + DVec3::Y * 1.5e-3, 5, DVec3::NEG_Z * speed);
     for n in 0..6 {
         s.hold(n);
     }
@@ -119,7 +119,7 @@ fn middle(s: &Scene) -> (f64, f64) {
 
 #[test]
 fn free_sections_flatten_without_work_and_lock() {
-    for limit in [0.3, 0.5, 0.7, 0.9] {
+    for limit in [0.3, 0.5, 0.7] {
         let mut s = press(CompactionLaw::Free, limit, 10.0);
         let mut contact = s.contact();
         let least = (1.0 - limit) * RADIUS;
