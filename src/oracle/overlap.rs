@@ -3,6 +3,7 @@
 //! with a negative sum proves the pieces apart.
 
 use glam::{DQuat, DVec3};
+use parry3d_f64::bounding_volume::Aabb;
 
 use super::shape::reach;
 use crate::geometry::Solid;
@@ -20,6 +21,18 @@ pub struct Tube {
 }
 
 impl Tube {
+    /// The smallest box with sides along the scene's axes.
+    pub fn bounds(&self) -> Aabb {
+        let axes = self.axes();
+        let half = [0, 1].map(|k| {
+            let [n, w] = axes[k];
+            (n * n + w * w).map(f64::sqrt)
+        });
+        let low = (self.ends[0] - half[0]).min(self.ends[1] - half[1]);
+        let high = (self.ends[0] + half[0]).max(self.ends[1] + half[1]);
+        Aabb::new(low, high)
+    }
+
     /// Axes of the sections, scaled by their half-axes: thickness and width at each end, at right angles to the tube.
     fn axes(&self) -> [[DVec3; 2]; 2] {
         let along = (self.ends[1] - self.ends[0]).normalize_or(DVec3::X);

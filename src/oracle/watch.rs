@@ -174,13 +174,13 @@ impl Oracle {
     pub fn compare(&mut self, chains: &Chains, bodies: &Bodies, time: f64) -> (Option<Deepest>, u64) {
         let over = |depth: f64, thin: f64| depth > self.settings.tolerance * thin;
         let tubes: Vec<Tube> = self.segments.par_iter().with_min_len(1024).map(|s| tube(chains, s.node)).collect();
+        let boxes: Vec<_> = tubes.par_iter().with_min_len(1024).map(Tube::bounds).collect();
+        let near = pairs(&boxes, |a, b| !self.is_same_stretch(chains, a, b));
         let thin = |t: &Tube| t.half_thickness[0].min(t.half_thickness[1]);
         let reach = |t: &Tube| t.half_width.into_iter().chain(t.half_thickness).fold(0.0, f64::max);
-        let mut found: Vec<(f64, [Feature; 2], f64)> = self
-            .pairs
+        let mut found: Vec<(f64, [Feature; 2], f64)> = near
             .par_iter()
-            .with_min_len(1024)
-            .filter(|pair| !self.is_same_stretch(chains, pair))
+            .with_min_len(64)
             .filter_map(|pair| {
                 let (a, b) = (&tubes[pair.a as usize], &tubes[pair.b as usize]);
                 if segment_distance(a.ends, b.ends) > reach(a) + reach(b) {
@@ -220,8 +220,8 @@ impl Oracle {
     }
 
     /// Whether a pair belongs to one yarn and lies within two of its widths: a bend there is no overlap.
-    fn is_same_stretch(&self, chains: &Chains, pair: &Pair) -> bool {
-        let (a, b) = (self.segments[pair.a as usize], self.segments[pair.b as usize]);
+    fn is_same_stretch(&self, chains: &Chains, a: u32, b: u32) -> bool {
+        let (a, b) = (self.segments[a as usize], self.segments[b as usize]);
         if a.yarn != b.yarn {
             return false;
         }
@@ -234,7 +234,7 @@ impl Oracle {
         Feature::Segment(SegmentId(self.segments[index as usize].node))
     }
 
-    /// Whether some node has gone so far that the sections of a pair left out could touch.
+    /// Whether some node has gone so far that a pair left out could have met.
     fn has_strayed(&self, chains: &Chains) -> bool {
         let limit = self.leash * self.leash;
         chains.position.iter().zip(&self.gathered).any(|(now, then)| (*now - *then).length_squared() >= limit)
@@ -249,19 +249,23 @@ impl Oracle {
         }
         self.segments.sort_by_key(|s| s.node);
         let widest = self.segments.iter().map(|s| reach_at(chains, s.node as usize)).fold(0.0, f64::max);
-        // Left out: pairs of centrelines further apart than two reaches (and what flattening may add) and two leashes.
+        // Left out: pairs of centrelines that stay further apart than both their leashes.
         self.leash = 0.5 * widest;
-        let margin = 2.2 * widest + 2.0 * self.leash;
+        let margin = 2.0 * self.leash;
         let boxes: Vec<_> = self
             .segments
             .par_iter()
             .with_min_len(1024)
             .map(|s| swept_box(ends(&self.last, s.node), ends(&chains.position, s.node), 0.5 * margin))
             .collect();
-        let (segments, neighbours) = (&self.segments, self.settings.neighbours);
+        let (segments, neighbours, last) = (&self.segments, self.settings.neighbours, &self.last);
         self.pairs = pairs(&boxes, |a, b| {
             let (a, b) = (segments[a as usize], segments[b as usize]);
-            a.yarn != b.yarn || a.node.abs_diff(b.node) > neighbours
+            if a.yarn == b.yarn && a.node.abs_diff(b.node) <= neighbours {
+                return false;
+            }
+            let (p, q) = (motion(last, &chains.position, a.node), motion(last, &chains.position, b.node));
+            segment_distance(p.after, q.after) <= margin + p.way() + q.way()
         });
         self.gathered.clone_from(&chains.position);
         self.path = vec![0.0; self.segments.len()];
