@@ -116,7 +116,7 @@ fn record(plan: &Plan, folder: &Folder) -> (Outcome, Result<Summary, ripstop::di
         Ok(outcome) => outcome,
         Err(refusal) => panic!("refused: {}", refusal.message),
     };
-    let summary = recorder.finish(&outcome, verifier.totals(), None);
+    let summary = recorder.finish(&outcome, verifier.totals());
     (outcome, summary)
 }
 
@@ -194,7 +194,7 @@ fn without_contact_the_ball_goes_through_and_the_oracle_says_so() {
     let (outcome, summary) = record(&plan, &folder);
     assert!(outcome.penetrations.is_some_and(|n| n > 0));
     let shown = report::table(&summary.expect("written"));
-    assert!(shown.contains("and ball at"), "{shown}");
+    assert!(shown.contains("of yarn (segment ") && shown.contains("and ball at"), "{shown}");
 }
 
 #[test]
