@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use ripstop::diagnostics::Sources;
+use ripstop::diagnostics::{FileId, Sources};
 use ripstop::syntax;
 
 fn scenes() -> Vec<(PathBuf, String)> {
@@ -29,5 +29,23 @@ fn every_scene_parses() {
         assert!(places.is_empty(), "{places:#?}");
         assert!(tree.title.is_some(), "{} has no title", path.display());
         assert!(tree.items.len() >= 2, "{} is nearly empty", path.display());
+    }
+}
+
+/// The tree without its spans.
+fn meaning(text: &str) -> syntax::tree::Tree {
+    let mut diagnostics = Vec::new();
+    let tree = syntax::parse(FileId(0), text, &mut diagnostics).without_spans();
+    assert!(diagnostics.is_empty(), "{diagnostics:#?}\n{text}");
+    tree
+}
+
+#[test]
+fn every_scene_formats_to_the_same_meaning_and_only_once() {
+    for (path, text) in scenes() {
+        let once = syntax::format(FileId(0), &text).expect("it parses");
+        assert_eq!(meaning(&once), meaning(&text), "{}", path.display());
+        let twice = syntax::format(FileId(0), &once).expect("it still parses");
+        assert_eq!(once, twice, "{}", path.display());
     }
 }

@@ -406,10 +406,10 @@ impl Builder<'_, '_> {
         let span = self.span(&pair);
         let mut argument = Argument { name: None, value: Expr { span, node: ExprNode::Broken } };
         for inner in pair.into_inner() {
-            if inner.as_rule() == Rule::name {
-                argument.name = Some(self.name(&inner));
-            } else {
-                argument.value = self.value(inner);
+            match inner.as_rule() {
+                Rule::name => argument.name = Some(self.name(&inner)),
+                Rule::value => argument.value = self.value(inner),
+                _ => {}
             }
         }
         argument

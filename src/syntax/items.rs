@@ -159,7 +159,8 @@ impl Builder<'_, '_> {
             match inner.as_rule() {
                 Rule::name => name = Some(self.name(&inner)),
                 Rule::ty => ty = Some(self.ty(inner)),
-                _ => default = Some(self.value(inner)),
+                Rule::value => default = Some(self.value(inner)),
+                _ => {}
             }
         }
         Some(Parameter { name: name?, ty, default })

@@ -4,6 +4,7 @@
 mod brackets;
 mod cache;
 mod expressions;
+mod format;
 mod grammar;
 mod hints;
 mod items;
@@ -16,5 +17,6 @@ pub mod tree;
 mod types;
 
 pub use cache::Cache;
+pub use format::format;
 pub use load::{MAX_BYTES, decode};
 pub use parser::{parse, parse_cached};

@@ -42,7 +42,7 @@ fn read(file: FileId, text: &str, mut cache: Option<&mut Cache>, diagnostics: &m
     let pieces = split.cut(from..split.tokens.len(), diagnostics);
     let parser = Parser { split: &split, diagnostics: RefCell::default() };
     // A bracket without a partner makes a piece mean what its surroundings make of it: nothing to keep.
-    let mut cache = cache.as_deref_mut().filter(|_| split.brackets.balanced);
+    let mut cache = cache.take().filter(|_| split.brackets.balanced);
     let mut items = Vec::with_capacity(pieces.len());
     for piece in pieces {
         let (start, written) = parser.written(&piece);
@@ -144,10 +144,12 @@ impl<'s, 't> Parser<'s, 't> {
         match Grammar::parse(rule, &clean.text) {
             Ok(pairs) => build(&Builder { parser: self, clean: &clean }, pairs),
             Err(error) => {
-                if !clean.damaged {
-                    self.say(hints::explain(self.split, piece, &clean, rule, &error));
-                }
-                for body in &clean.bodies {
+                let slip =
+                    (!clean.damaged).then(|| hints::explain(self.split, piece, &clean, rule, around.depth > 0, &error));
+                // `if a { b } else { c }` inside a value: what stands between the braces is no block.
+                let holds_blocks = slip.as_ref().is_none_or(|slip| slip.code.0 != "E0132");
+                slip.into_iter().for_each(|slip| self.say(slip));
+                for body in clean.bodies.iter().filter(|_| holds_blocks) {
                     if rule == Rule::kind_item || rule == Rule::one_of_item {
                         self.members(body.token, body.nesting);
                     } else {
@@ -243,8 +245,13 @@ impl Builder<'_, '_> {
 fn too_deep(span: Span, nesting: Nesting) -> Diagnostic {
     let start = Span { end: span.start + 1, ..span };
     if nesting.depth > MAX_DEPTH {
-        Diagnostic::error("E0101", format!("brackets nest deeper than {MAX_DEPTH}"), start, "in what starts here")
-            .note("give the inner parts names: `let rim = …`")
+        Diagnostic::error(
+            "E0101",
+            format!("brackets nest deeper than {MAX_DEPTH}, or braces deeper than {}", MAX_DEPTH / 2),
+            start,
+            "in what starts here",
+        )
+        .note("give the inner parts names: `let rim = …`")
     } else {
         let message = format!("more than {MAX_CHAIN} operators hang on each other");
         Diagnostic::error("E0101", message, start, "in what starts here")

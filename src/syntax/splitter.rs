@@ -3,12 +3,14 @@
 //! Every token is looked at once for each brace it stands in, and depth is capped, so any input takes linear time. What
 //! stands between the braces of a piece is left out of its text and can be cut in turn.
 
+use std::ops::Range;
+
 use super::brackets::{Brackets, is_column_zero, is_reserved, pair, starts_declaration};
 use super::lexer::{Token, TokenKind, lex};
 use crate::diagnostics::{Diagnostic, FileId, Span};
 use crate::syntax::tree::Doc;
 
-/// How deep brackets may nest.
+/// How deep brackets may nest; braces count twice, for a block costs every later walk more stack than a bracket.
 pub(super) const MAX_DEPTH: usize = 128;
 /// How many operators and brackets may hang on each other, so that every later walk over the tree is shallow.
 pub(super) const MAX_CHAIN: usize = 256;
@@ -26,7 +28,7 @@ pub(super) struct Split<'t> {
 pub(super) struct Piece {
     pub doc: Option<Doc>,
     /// The tokens of the piece, without its doc.
-    pub tokens: std::ops::Range<usize>,
+    pub tokens: Range<usize>,
 }
 
 /// What the grammar reads of a piece: no comments, `{}` for each body.
@@ -151,7 +153,7 @@ impl<'t> Split<'t> {
     }
 
     /// Cuts the tokens `range` (a file, or the inside of braces) into pieces.
-    pub fn cut(&self, range: std::ops::Range<usize>, diagnostics: &mut Vec<Diagnostic>) -> Vec<Piece> {
+    pub fn cut(&self, range: Range<usize>, diagnostics: &mut Vec<Diagnostic>) -> Vec<Piece> {
         let mut pieces = Vec::new();
         let mut doc: Option<Doc> = None;
         let mut at = range.start;
@@ -159,6 +161,10 @@ impl<'t> Split<'t> {
             match self.tokens[at].kind {
                 TokenKind::Newline | TokenKind::Semicolon | TokenKind::Comment => at += 1,
                 TokenKind::Close(_) if self.brackets.is_stray(at) => at += 1,
+                TokenKind::Doc if at > range.start && self.kind(at - 1) != Some(TokenKind::Newline) => {
+                    diagnostics.push(trailing_doc(self.span(at)));
+                    at += 1;
+                }
                 TokenKind::Doc => {
                     let (lines, end) = self.doc_lines(at);
                     if let Some(lost) = doc.replace(lines) {
@@ -175,6 +181,8 @@ impl<'t> Split<'t> {
                     let end = self.piece_end(at, range.end, diagnostics);
                     let last = (at..end).rev().find(|i| self.tokens[*i].is_code()).unwrap_or(at);
                     pieces.push(Piece { doc: doc.take(), tokens: at..last + 1 });
+                    let behind = (last + 1..end).filter(|i| self.kind(*i) == Some(TokenKind::Doc));
+                    diagnostics.extend(behind.map(|i| trailing_doc(self.span(i))));
                     at = end.max(at + 1);
                 }
             }
@@ -183,6 +191,13 @@ impl<'t> Split<'t> {
             diagnostics.push(idle_doc(&lost));
         }
         pieces
+    }
+
+    /// The tokens of the piece that starts at `start`, up to its last code. For a text without errors.
+    pub fn piece(&self, start: usize, limit: usize) -> Range<usize> {
+        let end = self.piece_end(start, limit, &mut Vec::new());
+        let last = (start..end).rev().find(|i| self.tokens[*i].is_code()).unwrap_or(start);
+        start..last + 1
     }
 
     /// The token behind the piece that starts at `start`.
@@ -324,7 +339,7 @@ impl Chains {
         match split.tokens[at].kind {
             TokenKind::Open(bracket) => {
                 self.count(1);
-                self.deepest.depth = self.deepest.depth.max(self.now.depth + 1);
+                self.deepest.depth = self.deepest.depth.max(self.now.depth + bracket_depth(bracket));
                 if bracket != b'{' {
                     self.now.depth += 1;
                     self.levels.push(0);
@@ -348,7 +363,7 @@ impl Chains {
 
     /// The nesting inside a `{` that was just seen.
     fn inside_brace(&self) -> Nesting {
-        Nesting { depth: self.now.depth + 1, chain: self.now.chain }
+        Nesting { depth: self.now.depth + bracket_depth(b'{'), chain: self.now.chain }
     }
 
     fn count(&mut self, by: usize) {
@@ -358,6 +373,10 @@ impl Chains {
         self.now.chain += by;
         self.deepest.chain = self.deepest.chain.max(self.now.chain);
     }
+}
+
+fn bracket_depth(bracket: u8) -> usize {
+    if bracket == b'{' { 2 } else { 1 }
 }
 
 fn idle_doc(doc: &Doc) -> Diagnostic {
