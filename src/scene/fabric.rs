@@ -26,7 +26,6 @@ pub struct Fibre {
 pub struct Yarn {
     pub name: String,
     pub fibre: Fibre,
-    #[serde(flatten)]
     pub size: YarnSize,
     /// Fibre area over yarn area, 0 … 1.
     pub packing: Given<f64>,
@@ -125,6 +124,7 @@ pub struct Weave {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Pattern {
+    #[serde(rename = "pattern")]
     Draft(Given<Draft>),
     Cell(Given<CellSource>),
 }

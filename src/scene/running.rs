@@ -24,6 +24,7 @@ pub struct Run {
 pub enum Extents {
     Duration(Given<f64>),
     /// `solve = static`
+    #[serde(rename = "solve")]
     Static(Given<bool>),
     /// `stages = [sew, drop]`: by name; nothing runs them yet.
     Stages(Given<Vec<String>>),

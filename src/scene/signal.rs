@@ -31,6 +31,11 @@ pub enum Signal {
         within: Box<Signal>,
         relative: bool,
     },
+    /// A column of a table: linear between points (x rising, y), level beyond the ends.
+    Curve {
+        points: Vec<[f64; 2]>,
+        at: Box<Signal>,
+    },
     /// `sum(ply.energy)` over the parts of an array.
     Parts(PartsOp, Vec<Signal>),
     /// `final(…)`, `max(…, after = 2 s)`: one value once the run has ended.

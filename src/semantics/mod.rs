@@ -2,4 +2,23 @@
 //!
 //! The standard library is loaded like any other file; kinds, dimensions and units are what its declarations say.
 
+mod cases;
+mod check;
+pub mod dimension;
+pub mod elaborate;
+pub mod eval;
+mod judge;
+pub mod kinds;
+pub mod lower;
+pub mod modules;
+pub mod nearest;
+pub mod signal_ops;
+pub mod types;
+pub mod units;
 pub mod value;
+
+pub use check::{Options, check};
+pub use modules::library_sources;
+
+#[cfg(test)]
+mod tests;

@@ -23,6 +23,61 @@ pub struct Quantity {
     pub quantity: Option<QuantityId>,
     /// A bare literal `0`, which takes its sisters' dimension inside a vector.
     pub bare_zero: bool,
+    /// Only bare literals went into it: `30`, `15 * 2`, an index. Such a number never stands for an angle or a strain.
+    pub bare: bool,
+    /// A temperature counted from absolute zero through a unit with a zero of its own (`20 degC`): two of them may be
+    /// subtracted, never added.
+    pub absolute: bool,
+}
+
+impl Quantity {
+    /// A computed value of a dimension, in SI.
+    pub fn of(si: f64, dimension: Dimension) -> Self {
+        Self { si, dimension, whole: false, quantity: None, bare_zero: false, bare: false, absolute: false }
+    }
+
+    /// A computed ratio (1).
+    pub fn ratio(si: f64) -> Self {
+        Self::of(si, Dimension::NONE)
+    }
+
+    /// A whole number, as an index or a literal without point, exponent and unit.
+    pub fn count(n: i64) -> Self {
+        Self { whole: true, bare: true, ..Self::ratio(n as f64) }
+    }
+
+    /// The number as a whole number, where it may stand for one.
+    pub fn as_count(&self) -> Option<i64> {
+        let fits = self.whole && self.dimension.is_none() && self.si.fract() == 0.0 && self.si.abs() < 9e15;
+        fits.then_some(self.si as i64)
+    }
+}
+
+impl Value {
+    /// A computed number in SI.
+    pub fn number(si: f64, dimension: Dimension) -> Self {
+        Value::Number(Quantity::of(si, dimension))
+    }
+
+    pub fn count(n: i64) -> Self {
+        Value::Number(Quantity::count(n))
+    }
+
+    pub fn text(text: &str) -> Self {
+        Value::Text(text.into())
+    }
+
+    pub fn list(elements: Vec<Value>) -> Self {
+        Value::List(elements.into())
+    }
+
+    pub fn is_poison(&self) -> bool {
+        matches!(self, Value::Poison)
+    }
+
+    pub fn signal(signal: Signal, dimension: Dimension) -> Self {
+        Value::Signal(Rc::new(SignalValue::number(signal, dimension)))
+    }
 }
 
 /// A named dimension (`Energy`, `Torque`): index of its `dimension` declaration.
@@ -64,6 +119,15 @@ pub enum Value {
     Draft(Rc<crate::scene::Draft>),
     /// Columns of a CSV file.
     Table(Rc<Table>),
+    /// A case of this file: `natural` in `natural.patch`.
+    Case {
+        case: CaseId,
+        name: Rc<str>,
+    },
+    /// A module: `yarns` in `yarns.km2_600`; the path from the root, with dots.
+    Module(Rc<str>),
+    /// A component with changes, not yet placed in the scene.
+    Template(Rc<super::elaborate::Template>),
     /// Could not be evaluated; its diagnostic is already given. Whatever meets it stays silent.
     Poison,
 }
@@ -111,6 +175,8 @@ pub enum Function {
     Closure(Rc<Closure>),
     /// A kind called like a function.
     Kind(Rc<str>),
+    /// A column of a table, as a function of the table's first column (linear between rows).
+    Column(Rc<Table>, usize),
 }
 
 /// A `fn` or lambda with the names that it captured.
@@ -118,9 +184,19 @@ pub enum Function {
 pub struct Closure {
     pub params: Vec<tree::Parameter>,
     pub body: tree::Expr,
+    /// The parameters and `let`s of enclosing lambdas and functions.
     pub captured: BTreeMap<String, Value>,
+    /// Where its other names are looked up.
+    pub scope: ScopeId,
+    /// `fn energy(…)`: its name and declared result.
+    pub name: Option<Rc<str>>,
+    pub result: Option<tree::Type>,
     pub span: Span,
 }
+
+/// A lexical scope, opaque to evaluation: the elaborator says what is in it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ScopeId(pub u32);
 
 /// A signal and its dimension; `vector` says that it has three components, `truth` that it is a condition.
 #[derive(Clone, Debug)]
@@ -129,6 +205,26 @@ pub struct SignalValue {
     pub dimension: Dimension,
     pub vector: bool,
     pub truth: bool,
+    /// Always a whole number (a count), so that `==` may ask about it.
+    pub whole: bool,
+}
+
+impl SignalValue {
+    pub fn number(signal: Signal, dimension: Dimension) -> Self {
+        Self { signal, dimension, vector: false, truth: false, whole: false }
+    }
+
+    pub fn count(signal: Signal) -> Self {
+        Self { whole: true, ..Self::number(signal, Dimension::NONE) }
+    }
+
+    pub fn truth(signal: Signal) -> Self {
+        Self { truth: true, ..Self::number(signal, Dimension::NONE) }
+    }
+
+    pub fn vector(signal: Signal, dimension: Dimension) -> Self {
+        Self { vector: true, ..Self::number(signal, dimension) }
+    }
 }
 
 /// A table read from a CSV file whose headers carry units (`w [ft/s]`); columns in SI.

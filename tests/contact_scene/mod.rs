@@ -252,3 +252,33 @@ pub fn passes(p: [[DVec3; 2]; 2], q: [[DVec3; 2]; 2]) -> bool {
     }
     false
 }
+
+/// Adds a ply of plain weave, `threads` ways, pitch in m, drawn by the first law's section; returns its yarns' nodes.
+pub fn plain_weave(s: &mut Scene, threads: u32, pitch: f64, per_crossing: u32, z: f64) -> Vec<std::ops::Range<usize>> {
+    use ripstop::geometry::draft::Draft;
+    use ripstop::geometry::section::Section;
+    use ripstop::geometry::weave::{WeaveRecipe, unfold};
+    let law = &s.chains.laws[0];
+    let section = Section { half_thickness: law.half_thickness, half_width: law.half_width };
+    let recipe = WeaveRecipe {
+        draft: Draft::plain(),
+        ends: threads,
+        picks: threads,
+        end_spacing: pitch,
+        pick_spacing: pitch,
+        end_sections: vec![section],
+        pick_sections: vec![section],
+        nodes_per_crossing: per_crossing,
+        warp_share: 0.5,
+        origin: DVec3::Z * z,
+        turn: DQuat::IDENTITY,
+    };
+    let paths = unfold(&recipe).expect("a plain weave with room to spare");
+    let first = s.chains.position.len();
+    for y in &paths.yarns {
+        s.yarn(&paths.positions[y.nodes.clone()], DVec3::ZERO);
+        s.chains.thickness_axis[first + y.nodes.start..first + y.nodes.end]
+            .copy_from_slice(&paths.thickness_axis[y.nodes.clone()]);
+    }
+    paths.yarns.iter().map(|y| first + y.nodes.start..first + y.nodes.end).collect()
+}

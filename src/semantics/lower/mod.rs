@@ -1,0 +1,115 @@
+//! Lowering: from checked objects to the structs of the typed scene.
+//!
+//! The checker guarantees that this succeeds; where it does not, the diagnostic says that it is a bug of ours.
+
+mod de;
+mod draft;
+mod threads;
+
+use crate::diagnostics::{Diagnostic, Span};
+use crate::scene::ItemBody;
+
+use super::elaborate::Elaborator;
+use super::value::{Object, Slot, Value};
+
+pub use de::{LowerError, from_object};
+pub use draft::{draft_from_wif, draft_of};
+
+/// Fields that are declared and checked, and that no pass reads yet; a block that writes one cannot run.
+const NOT_YET: [(&str, &str, &str); 5] = [
+    ("action", "during", "stages"),
+    ("fix", "to", "moved places"),
+    ("body", "hangs_from", "the solver for cords"),
+    ("run", "accuracy", "error control"),
+    ("run", "judged_by", "error control"),
+];
+
+/// The kinds that have a struct.
+const LOWERED: [&str; 10] = ["weave", "strand", "body", "fix", "pull", "contact", "run", "record", "picture", "probe"];
+
+impl Elaborator<'_> {
+    /// The typed form of an item; None where it has errors, which are then reported.
+    pub fn lower_item(&mut self, object: &Object, span: Span) -> Option<ItemBody> {
+        let kind = self.kinds.get(&object.kind)?.clone();
+        if let Some(until) = self.kinds.reserved(&kind) {
+            return Some(ItemBody::Reserved(until.to_owned()));
+        }
+        if object.fields.values().any(|slot| poisoned(&slot.value)) {
+            return None;
+        }
+        if let Some(until) = self.written_too_early(object) {
+            return Some(ItemBody::Reserved(until));
+        }
+        let Some(struct_kind) = LOWERED.into_iter().find(|known| kind.is(known)) else {
+            self.not_available(&kind.name, "", span);
+            return Some(ItemBody::Reserved(String::new()));
+        };
+        let prepared = match struct_kind {
+            "weave" => self.with_threads(object)?,
+            _ => object.clone(),
+        };
+        let lowered = self.lowered(struct_kind, &prepared);
+        match lowered {
+            Ok(body) => Some(body),
+            Err(LowerError { message, unsupported: Some(span) }) => {
+                self.tell(Diagnostic::error("E0416", message, span, "not available yet"));
+                None
+            }
+            Err(error) => {
+                let message = format!("`{}` passed every check and yet cannot be lowered: {error}", object.name);
+                let problem = Diagnostic::error("E0499", message, span, "");
+                self.tell(problem.note("this is a bug of the compiler, please report it"));
+                None
+            }
+        }
+    }
+
+    fn lowered(&self, kind: &str, object: &Object) -> Result<ItemBody, LowerError> {
+        let kinds = &self.kinds;
+        Ok(match kind {
+            "weave" => ItemBody::Weave(from_object(object, kinds)?),
+            "strand" => ItemBody::Strand(from_object(object, kinds)?),
+            "body" => ItemBody::Body(from_object(object, kinds)?),
+            "fix" => ItemBody::Fix(from_object(object, kinds)?),
+            "pull" => ItemBody::Pull(from_object(object, kinds)?),
+            "contact" => ItemBody::Contact(from_object(object, kinds)?),
+            "run" => ItemBody::Run(from_object(object, kinds)?),
+            "record" => ItemBody::Record(from_object(object, kinds)?),
+            "picture" => ItemBody::Picture(from_object(object, kinds)?),
+            _ => ItemBody::Probe(from_object(object, kinds)?),
+        })
+    }
+
+    /// What a block waits for whose fields ask for more than runs today.
+    fn written_too_early(&mut self, object: &Object) -> Option<String> {
+        let mut early: Vec<(&str, &str, Span)> = Vec::new();
+        for (kind, field, until) in NOT_YET {
+            if self.kinds.descends(&object.kind, kind)
+                && let Some(slot) = object.fields.get(field)
+                && !matches!(slot.value, Value::Absent)
+            {
+                early.push((field, until, slot.origin.span));
+            }
+        }
+        if let Some(Slot { value: Value::Symbol { name, .. }, origin }) = object.fields.get("backend")
+            && **name == *"gpu"
+        {
+            early.push(("backend = gpu", "the GPU backend", origin.span));
+        }
+        for (field, until, span) in &early {
+            self.not_available(field, until, *span);
+        }
+        early.first().map(|(_, until, _)| (*until).to_owned())
+    }
+}
+
+/// Whether an error was already reported somewhere inside a value.
+pub fn poisoned(value: &Value) -> bool {
+    match value {
+        Value::Poison => true,
+        Value::List(list) => list.iter().any(poisoned),
+        Value::Record(fields) => fields.values().any(|slot| poisoned(&slot.value)),
+        Value::Object(object) => object.fields.values().any(|slot| poisoned(&slot.value)),
+        _ => false,
+    }
+}
