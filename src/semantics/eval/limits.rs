@@ -12,7 +12,7 @@ use crate::semantics::value::Value;
 /// Levels of evaluation. A level takes at most a few kilobytes of stack, so this fits well into two megabytes.
 const DEEPEST: u32 = 256;
 /// Steps of one evaluation, with all that it calls.
-const LONGEST: u64 = 5_000_000;
+const LONGEST: u64 = 2_000_000;
 /// Lists and records within lists and records.
 const NESTED: u32 = 32;
 /// Nodes and levels of one signal.

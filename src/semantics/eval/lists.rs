@@ -8,7 +8,7 @@ use crate::diagnostics::{Diagnostic, Span};
 use crate::scene::{SelectStep, Selection, SelectionTerm};
 use crate::semantics::types::{Type, describe_value};
 use crate::semantics::units::Unit;
-use crate::semantics::value::{Dimension, Quantity, Range, Value};
+use crate::semantics::value::{Quantity, Range, Value};
 use crate::syntax::tree::{BinaryOp, Expr, UnitExpr};
 
 use super::Env;
@@ -87,10 +87,11 @@ fn adopt_zeros(values: &mut [Value]) {
     let sister = values.iter().filter_map(dimension).find(|d| !d.is_none());
     let Some(sister) = sister else { return };
     for value in values {
-        if let Value::Number(q) = value {
-            if q.bare_zero && q.dimension == Dimension::NONE {
-                *q = Quantity::of(q.si, sister);
-            }
+        if let Value::Number(q) = value
+            && q.bare_zero
+            && q.dimension.is_none()
+        {
+            *q = Quantity::of(q.si, sister);
         }
     }
 }

@@ -300,12 +300,12 @@ pub(super) fn ramp(world: &mut dyn World, call: &Call) -> Value {
     let Some([x, from, to]) = call.exactly(world, 3, &[]) else { return Value::Poison };
     let Some((at, start, _)) = alike(world, call, x, from) else { return Value::Poison };
     let Some((_, end, _)) = alike(world, call, x, to) else { return Value::Poison };
-    if let (Value::Number(from), Value::Number(to)) = (&from.0, &to.0) {
-        if from.si >= to.si {
-            let message = "a ramp must end after it starts";
-            world.report(Diagnostic::error("E0331", message, call.span, "`ramp(x, from, to)`"));
-            return Value::Poison;
-        }
+    if let (Value::Number(from), Value::Number(to)) = (&from.0, &to.0)
+        && from.si >= to.si
+    {
+        let message = "a ramp must end after it starts";
+        world.report(Diagnostic::error("E0331", message, call.span, "`ramp(x, from, to)`"));
+        return Value::Poison;
     }
     if let (Value::Number(x), Value::Number(from), Value::Number(to)) = (&x.0, &from.0, &to.0) {
         let part = (x.si - from.si) / (to.si - from.si);

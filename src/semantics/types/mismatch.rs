@@ -279,11 +279,11 @@ fn advise(world: &dyn World, diagnostic: Diagnostic, q: &Quantity, target: Dimen
     let is = |name: &str, dimension: Dimension| dimension_of(name) == Some(dimension);
     let shown = quoted(world, &Value::Number(*q), place);
     let shown = shown.trim_matches('`');
-    if Dimension::NONE.per(q.dimension) == Some(target) {
-        if let Some(meant) = inverse(shown) {
-            let note = format!("did you mean `{meant}`?");
-            return diagnostic.note(note).fix(format!("write `{meant}`"), place.span(), meant);
-        }
+    if Dimension::NONE.per(q.dimension) == Some(target)
+        && let Some(meant) = inverse(shown)
+    {
+        let note = format!("did you mean `{meant}`?");
+        return diagnostic.note(note).fix(format!("write `{meant}`"), place.span(), meant);
     }
     if is("Mass", q.dimension) && is("Force", target) {
         let Some((number, unit)) = shown.split_once(' ').filter(|(_, unit)| matches!(*unit, "lb" | "g" | "kg" | "oz"))

@@ -100,7 +100,7 @@ impl Units {
         let fitting = SHOWN.iter().filter(|(_, exponent)| allowed(*exponent));
         let large_enough = |exponent: i32| plain.abs() >= 0.999_999_999_999 * 10f64.powi(exponent);
         let (prefix, exponent) =
-            fitting.clone().find(|(_, exponent)| large_enough(*exponent)).or_else(|| fitting.clone().last())?;
+            fitting.clone().find(|(_, exponent)| large_enough(*exponent)).or_else(|| fitting.clone().next_back())?;
         let power = 10f64.powi(exponent.abs());
         let value = if *exponent < 0 { plain * power } else { plain / power };
         Some(format!("{} {prefix}{symbol}", digits(value)))

@@ -252,6 +252,15 @@ pub(super) fn missing_equals(f: &Failure) -> Option<Diagnostic> {
     }
 }
 
+/// `for i over 0 .. 3 { … }`
+pub(super) fn for_shape(f: &Failure) -> Option<Diagnostic> {
+    (f.rule == Rule::for_item && f.find(&["in"]).is_none_or(|at| at >= f.at)).then(|| {
+        let place = if f.at_end() { f.end() } else { f.span(0) };
+        Diagnostic::error("E0134", "`for` takes a name, `in`, and what it runs over", place, "`in` is expected")
+            .note("as in `for i in 0 ..< 9 { … }`")
+    })
+}
+
 /// A header without its `{ … }`.
 pub(super) fn missing_body(f: &Failure) -> Option<Diagnostic> {
     let header = f.rest(-(f.at as isize));

@@ -30,7 +30,7 @@ struct Failure<'a, 't> {
 }
 
 /// The slips in the order in which they are looked for.
-const SLIPS: [fn(&Failure) -> Option<Diagnostic>; 28] = [
+const SLIPS: [fn(&Failure) -> Option<Diagnostic>; 29] = [
     value::strange_character,
     header::lonely_else,
     header::reserved_name,
@@ -53,6 +53,7 @@ const SLIPS: [fn(&Failure) -> Option<Diagnostic>; 28] = [
     header::missing_value,
     header::missing_equals,
     header::index_shape,
+    header::for_shape,
     header::missing_body,
     header::inputs_without_brackets,
     value::missing_operand,

@@ -75,6 +75,17 @@ pub(super) fn foreign_operator(f: &Failure) -> Option<Diagnostic> {
             instead,
         ));
     }
+    // `=>` and `=<` are read as `=` and what follows.
+    if f.word(0) == "=" && matches!(f.word(1), ">" | "<") && f.adjoins(1) {
+        let span = f.span(0).to(f.span(1));
+        let instead = if f.word(1) == ">" { ">=" } else { "<=" };
+        let message = format!("`={}` is written `{instead}`", f.word(1));
+        return Some(Diagnostic::error("E0126", message, span, "this operator").fix(
+            format!("write `{instead}`"),
+            span,
+            instead,
+        ));
+    }
     if f.word(0) == "*" && f.word(-1) == "*" && f.adjoins(0) {
         let span = f.span(-1).to(f.span(0));
         return Some(Diagnostic::error("E0126", "a power is written `^`", span, "this operator").fix(
@@ -253,7 +264,7 @@ pub(super) fn blank_before_bracket(f: &Failure) -> Option<Diagnostic> {
         return None;
     }
     let gap = Span { start: f.span(-1).end, end: f.span(0).start, ..f.span(0) };
-    let what = if bracket == "(" { "the inputs of a function" } else { "an index" };
+    let what = if bracket == "(" { "the bracket of a function's inputs" } else { "an index" };
     let diagnostic =
         Diagnostic::error("E0123", format!("{what} stands right behind its name"), f.span(0), "a blank before this")
             .fix("close the gap", gap, "");
