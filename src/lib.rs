@@ -9,6 +9,7 @@ pub mod backend;
 pub mod cli;
 pub mod diagnostics;
 pub mod geometry;
+pub mod oracle;
 pub mod physics;
 pub mod plan;
 pub mod results;

@@ -169,14 +169,15 @@ fn smiths_formulas_give_the_reference_values() {
     }
 }
 
-/// Across shocks the strain profile converges at first order in the mean of its error (L1), and so does the overshoot's
-/// width; plain chains overshoot on every mesh, with viscosity they hardly do.
+/// Mesh series. The work of the impact, T·sin γ·V·t, misses only what the first moments on the mesh's own scale take:
+/// first order. The longitudinal front is a linear wave that nothing steepens; the lattice spreads it over L^(2/3) and
+/// viscosity over L^(1/2) of length, so its profile converges in the mean (L1) at those orders.
 #[test]
 fn order_of_convergence_across_shocks() {
     let law = &fibres()[0];
     let v = 300.0;
     let exact = smith(law, v);
-    let mut last: Option<f64> = None;
+    let mut last: Option<[f64; 2]> = None;
     for segments in [125, 250, 500, 1000, 2000] {
         let outcome = run_to_end(&impact(law, v, segments, VISCOSITY), 1);
         let state = &outcome.state;
@@ -184,15 +185,41 @@ fn order_of_convergence_across_shocks() {
         let reach = exact.wave * state.time;
         let segment = state.rest_length[0];
         let exact_mean = |i: usize| ((reach - i as f64 * segment) / segment).clamp(0.0, 1.0) * exact.strain;
-        let error: f64 = profile.iter().enumerate().map(|(i, strain)| (strain - exact_mean(i)).abs() * segment).sum();
-        let error = error / (exact.strain * reach);
-        let overshoot = outcome.largest_strain / exact.strain - 1.0;
-        let order = last.map_or(f64::NAN, |last| (last / error).log2());
-        println!("{segments:5} segments: L1 error {error:.3e}, order {order:.2}, overshoot {:.2} %", 100.0 * overshoot);
+        let spread: f64 = profile.iter().enumerate().map(|(i, strain)| (strain - exact_mean(i)).abs() * segment).sum();
+        let work = law.axial_stiffness * exact.strain * v / exact.kink.hypot(v) * v * state.time;
+        let errors = [spread / (exact.strain * reach), (outcome.ledger.total().drives / work - 1.0).abs()];
+        let order = |k: usize| last.map_or(f64::NAN, |last| (last[k] / errors[k]).log2());
+        println!(
+            "{segments:5} segments: strain in the mean {:.3e}, order {:.2}; work {:.3e}, order {:.2}",
+            errors[0],
+            order(0),
+            errors[1],
+            order(1)
+        );
         if last.is_some() {
-            assert!((0.5..=1.5).contains(&order), "order {order}");
+            assert!((0.45..=1.5).contains(&order(0)), "order {}", order(0));
+            assert!((0.5..=1.5).contains(&order(1)), "order {}", order(1));
         }
-        last = Some(error);
+        last = Some(errors);
+    }
+}
+
+/// Largest strain that any segment saw, over Smith's: what a strength would be tested against.
+#[test]
+fn viscosity_tames_the_overshoot() {
+    let law = &fibres()[0];
+    let mut last = f64::INFINITY;
+    for b in [0.0, 0.06, 0.2, 0.5, 1.0] {
+        let over = [250, 1000].map(|segments| {
+            let outcome = run_to_end(&impact(law, 300.0, segments, b), 1);
+            outcome.largest_strain / smith(law, 300.0).strain - 1.0
+        });
+        let step = safe_step(law, 1.0, b) / safe_step(law, 1.0, 0.0);
+        println!("b = {b}: {:.2} % and {:.2} % over, step x {step:.2}", 100.0 * over[0], 100.0 * over[1]);
+        // With viscosity it belongs to the lattice and not to a mesh; without, it even grows with the distance run.
+        assert!(b == 0.0 || (over[0] - over[1]).abs() < 5e-3);
+        assert!(over[1] < last);
+        last = over[1];
     }
 }
 
@@ -327,6 +354,29 @@ fn a_yarn_over_its_strength_breaks_alike_on_every_mesh() {
             outcome.ledger.closure()
         );
         assert_eq!((broken.yarns, broken.segments), (1, 1));
+        check_books(&outcome, &law);
+    }
+}
+
+/// Under its strength on the way in, a yarn breaks at the clamp where the reflected wave doubles its strain: once, at the
+/// same place and time on every mesh.
+#[test]
+fn a_yarn_breaks_where_the_wave_is_reflected() {
+    let law = breaking(fibres()[0].clone(), 0.02);
+    let exact = smith(&law, 400.0);
+    for segments in [250, 500, 1000, 2000] {
+        let mut plan = impact(&law, 400.0, segments, VISCOSITY);
+        if let ripstop::plan::Node::Seq(nodes) = &mut plan.body.schedule
+            && let Some(ripstop::plan::Node::Run { duration, .. }) = nodes.last_mut()
+        {
+            *duration = Some(1.4 * 0.5 / exact.wave);
+        }
+        let outcome = run_to_end(&plan, 1);
+        let broken = &outcome.state.broken;
+        let place = f64::from(*broken.first().unwrap_or(&0)) / f64::from(segments);
+        println!("{segments} segments: broken {broken:?}, at {place:.3}, closure {:.1e}", outcome.ledger.closure());
+        assert_eq!(broken.len(), 1);
+        assert!(place > 0.97);
         check_books(&outcome, &law);
     }
 }

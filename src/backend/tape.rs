@@ -4,7 +4,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::observe::Value;
-use crate::plan::{Op, Reading, Reduction, Slot, Tape};
+use crate::plan::{Op, Reading, Reduction, Slot, Tape, constant};
 use crate::scene::{BinaryFn, PartsOp, TimeOp, UnaryFn};
 
 /// The accumulators of one tape, one for each `OverTime` op in order.
@@ -198,6 +198,7 @@ impl RunningTape {
                 let apart = length(self.at(a) - self.at(b), self.is_vector(a));
                 number(f64::from(u8::from(apart <= self.at(*within).x * scale)))
             }
+            Op::Curve { points, at } => number(constant::curve(points, self.at(*at).x)),
             Op::Parts(op, parts) => {
                 let values = parts.iter().map(|slot| self.at(*slot));
                 match op {

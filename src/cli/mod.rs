@@ -1,2 +1,65 @@
-//! The command line.
-pub fn main() -> std::process::ExitCode { std::process::ExitCode::SUCCESS }
+//! The command line: one file a command. Commands only join rooms; what they show comes from the rooms.
+
+mod check;
+mod fmt;
+mod front;
+mod new;
+mod plan;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand, ValueEnum};
+
+/// A language, compiler and solvers for woven fabric and parachutes.
+#[derive(Parser)]
+#[command(name = "ripstop", version, about, max_term_width = 100)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Check scene files: names, units, kinds, values.
+    Check(check::Arguments),
+    /// Show what would run, in what order, and what is left out and why.
+    Plan(plan::Arguments),
+    /// Format scene files in place.
+    Fmt(fmt::Arguments),
+    /// Write a first scene to start from.
+    New(new::Arguments),
+}
+
+/// How diagnostics are printed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    #[default]
+    Human,
+    Json,
+}
+
+/// How a command ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    Good,
+    /// The scene is wrong, an `expect` failed, or a file is not as it should be.
+    Failed,
+    /// The run was stopped by its watch or by the user.
+    Halted,
+}
+
+/// Runs the command that the process was started with: exit code 0 for success, 1 for a scene with errors or failed checks,
+/// 2 for wrong usage, 3 for a run that was stopped.
+pub fn main() -> ExitCode {
+    let outcome = match Arguments::parse().command {
+        Command::Check(arguments) => check::run(&arguments),
+        Command::Plan(arguments) => plan::run(&arguments),
+        Command::Fmt(arguments) => fmt::run(&arguments),
+        Command::New(arguments) => new::run(&arguments),
+    };
+    match outcome {
+        Outcome::Good => ExitCode::SUCCESS,
+        Outcome::Failed => ExitCode::from(1),
+        Outcome::Halted => ExitCode::from(3),
+    }
+}

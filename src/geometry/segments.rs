@@ -145,19 +145,39 @@ const TURNS: usize = 4;
 pub fn tube_gap(a: &Tube, b: &Tube) -> TubeGap {
     let near = closest_on_segments(a.a, a.b, b.a, b.b);
     let (fa, fb) = (Frame::new(a), Frame::new(b));
-    let inside = |x: f64| x > 0.0 && x < 1.0;
-    if inside(near.s)
-        && inside(near.t)
-        && let Some(normal) = common_normal(&fa, &fb, near.delta)
-    {
-        // The surfaces meet beside the centrelines' closest points when the normal is oblique to the sections' axes.
-        let touch = closest_surfaces(&fa, &fb, normal);
-        if inside(touch.s) && inside(touch.t) {
-            let gap = near.delta.dot(normal) - fa.support(normal) - fb.support(normal);
-            return TubeGap { gap, s: touch.s, t: touch.t, normal };
-        }
+    crossed(&fa, &fb, near).unwrap_or_else(|| turned(&fa, &fb, near, f64::INFINITY))
+}
+
+/// As [`tube_gap`], for pairs that matter only when they are nearer than `limit` m: `None` as soon as some direction
+/// shows that they are farther apart. Most candidates of a broad phase leave by the first comparison.
+#[inline]
+pub fn tube_gap_within(a: &Tube, b: &Tube, limit: f64) -> Option<TubeGap> {
+    let near = closest_on_segments(a.a, a.b, b.a, b.b);
+    let widest = |s: &Section| s.half_width.max(s.half_thickness);
+    let room = limit + widest(&a.section) + widest(&b.section);
+    if near.delta.length_squared() > room * room {
+        return None;
     }
-    turned(&fa, &fb, near)
+    let (fa, fb) = (Frame::new(a), Frame::new(b));
+    let found = crossed(&fa, &fb, near).unwrap_or_else(|| turned(&fa, &fb, near, limit));
+    (found.gap <= limit).then_some(found)
+}
+
+/// The exact gap along the common normal, where both tubes meet inside.
+#[inline]
+fn crossed(a: &Frame, b: &Frame, near: Closest) -> Option<TubeGap> {
+    let inside = |x: f64| x > 0.0 && x < 1.0;
+    if !(inside(near.s) && inside(near.t)) {
+        return None;
+    }
+    let normal = common_normal(a, b, near.delta)?;
+    // The surfaces meet beside the centrelines' closest points when the normal is oblique to the sections' axes.
+    let touch = closest_surfaces(a, b, normal);
+    if !(inside(touch.s) && inside(touch.t)) {
+        return None;
+    }
+    let gap = near.delta.dot(normal) - a.support(normal) - b.support(normal);
+    Some(TubeGap { gap, s: touch.s, t: touch.t, normal })
 }
 
 /// Unit normal across both tubes on the side of `delta`; none for tubes that are parallel to 1e-6 rad.
@@ -175,11 +195,23 @@ fn closest_surfaces(a: &Frame, b: &Frame, n: DVec3) -> Closest {
     closest_on_segments(a.a + pa, a.b + pa, b.a + pb, b.b + pb)
 }
 
-fn turned(a: &Frame, b: &Frame, near: Closest) -> TubeGap {
-    let start = near.delta.try_normalize().unwrap_or_else(|| a.thick.normalize_or(DVec3::Z));
+/// Turns the normal from the best of four first guesses; stops once the gap is known to exceed `limit`.
+fn turned(a: &Frame, b: &Frame, near: Closest, limit: f64) -> TubeGap {
+    let thick = |f: &Frame| f.thick.normalize_or(DVec3::Z) * 1.0_f64.copysign(f.thick.dot(near.delta));
+    let start = near.delta.try_normalize().unwrap_or_else(|| thick(a));
     let mut best = TubeGap { gap: separation(a, b, start), s: near.s, t: near.t, normal: start };
-    let mut n = start;
+    // Flat sections may meet face to face far beside the line between the centrelines.
+    for normal in [thick(a), thick(b), common_normal(a, b, near.delta).unwrap_or(start)] {
+        let gap = separation(a, b, normal);
+        if gap > best.gap {
+            best = TubeGap { gap, normal, ..best };
+        }
+    }
+    let mut n = best.normal;
     for _ in 0..TURNS {
+        if best.gap > limit {
+            break;
+        }
         let touch = closest_surfaces(a, b, n);
         // Gradient of n·(A(s) − B(t)) − hA(n) − hB(n).
         let centres = a.a.lerp(a.b, touch.s) - b.a.lerp(b.b, touch.t);
@@ -187,7 +219,11 @@ fn turned(a: &Frame, b: &Frame, near: Closest) -> TubeGap {
         n = turn(a, b, n, gradient, touch);
         let gap = separation(a, b, n);
         if gap > best.gap {
+            let gained = gap - best.gap;
             best = TubeGap { gap, s: touch.s, t: touch.t, normal: n };
+            if gained <= 1e-13 * centres.length() {
+                break;
+            }
         } else {
             // The step overshot, or end and inside take turns: halve back, which the concave gap cannot punish.
             n = (n + best.normal).normalize_or(best.normal);
@@ -324,6 +360,8 @@ mod tests {
                 "a gap must be certified by its normal"
             );
             let best = search(&f, &g, found);
+            assert_eq!(tube_gap_within(&a, &b, found.gap), Some(found));
+            assert_eq!(tube_gap_within(&a, &b, 0.9 * found.gap), None);
             assert!(best - found.gap < 0.05, "{best} {}", found.gap);
             short += usize::from(best - found.gap > 1e-9);
             tried += 1;

@@ -1,17 +1,16 @@
 //! Breaking: which segments part, once per unloading length, as a property of the yarn and not of its mesh.
 //!
-//! A *stretch* is a longest row of joined segments at or over their yarn's strength. A stretch breaks at its largest
-//! strain (the first of equals), and is spent from then on: the release runs outwards at c, and what is left of the
-//! stretch, however it grows at its edges, may break again only where the release has had twice its time to arrive,
-//! t − t_b ≥ (2|s − s_b| + 4L)/c, and has not unloaded it. A stretch that shares no segment with a spent one breaks on
-//! its own. All lengths are arc lengths at rest, so that a finer mesh gives the same breaks; L is the segment's length
-//! and covers the width of the release front on the mesh.
+//! A *stretch* is a longest row of joined segments at or over their yarn's strength. It breaks at its largest strain (the
+//! first of equals). From then on a release runs outwards at c; what it has reached, and every stretch that this touches,
+//! is *spent*: there the yarn breaks again only where the release has had twice its time to arrive and has not unloaded
+//! it, c(t − t_b) ≥ 2|s − s_b| + 4L. Lengths are arc lengths at rest; the release is taken 8 segments ahead, since a mesh
+//! spreads its front, so a finer mesh gives the same breaks.
 
 use serde::{Deserialize, Serialize};
 
 use super::{Chains, YarnId};
 
-/// A stretch that has broken and has not yet fallen below the strength everywhere.
+/// A break whose release is still on its way.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Spent {
     pub yarn: YarnId,
@@ -19,9 +18,15 @@ pub struct Spent {
     pub place: f64,
     /// s.
     pub time: f64,
-    /// First and last segment that belonged to the stretch since it broke.
-    pub segments: [u32; 2],
+    /// Arc lengths between which stretches were or are spent, m; grows with the release.
+    pub span: [f64; 2],
 }
+
+/// Segments by which the mesh's release front may run ahead.
+const AHEAD: f64 = 8.0;
+
+/// Segments behind the front before what is still loaded may break again.
+const BEHIND: f64 = 4.0;
 
 /// A segment that parts now.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,10 +38,13 @@ pub struct Parting {
 
 /// Room for one yarn's stretches, kept between calls.
 #[derive(Debug, Default)]
-pub struct Stretches {
-    rows: Vec<[u32; 2]>,
-    /// Whether the spent entry still has a segment over its strength.
-    alive: Vec<bool>,
+pub struct Stretches(Vec<Stretch>);
+
+/// First and last segment, and the arc lengths where it begins and ends, m.
+#[derive(Clone, Copy, Debug)]
+struct Stretch {
+    segments: [u32; 2],
+    span: [f64; 2],
 }
 
 /// Axial strain of segment `i`, whether joined or not.
@@ -56,75 +64,73 @@ pub fn find_partings(
     room: &mut Stretches,
     partings: &mut Vec<Parting>,
 ) {
-    rows_over_strength(yarn, chains, &mut room.rows);
-    room.alive.clear();
-    room.alive.resize(spent.len(), false);
-    for &[first, last] in &room.rows {
-        for (entry, alive) in spent.iter_mut().zip(&mut room.alive) {
-            let [from, to] = entry.segments;
-            if entry.yarn == yarn && first <= to + 1 && from <= last + 1 {
-                entry.segments = [from.min(first), to.max(last)];
-                *alive = true;
-            }
-        }
+    over_strength(yarn, chains, &mut room.0);
+    let nodes = chains.yarns[yarn.0 as usize].nodes.clone();
+    let length: f64 = chains.rest_length[nodes.start as usize..nodes.end as usize - 1].iter().sum();
+    let segment = length / f64::from(nodes.end - nodes.start - 1);
+    let gone = |entry: &Spent| wave_speed * (time - entry.time);
+    spent.retain(|entry| entry.yarn != yarn || gone(entry) < 2.0 * length + BEHIND * segment);
+    for entry in spent.iter_mut().filter(|entry| entry.yarn == yarn) {
+        spend(entry, gone(entry) + AHEAD * segment, &room.0);
     }
-    let before = partings.len();
-    for &[first, last] in &room.rows {
-        let mut weakest: Option<Parting> = None;
-        let mut place = arc_length(chains, yarn, first);
-        for segment in first..=last {
-            let length = chains.rest_length[segment as usize];
-            let middle = place + 0.5 * length;
-            place += length;
-            let waits = spent.iter().zip(&room.alive).any(|(entry, alive)| {
-                *alive
-                    && entry.yarn == yarn
-                    && (entry.segments[0]..=entry.segments[1]).contains(&segment)
-                    && (time - entry.time) * wave_speed < 2.0 * (middle - entry.place).abs() + 4.0 * length
+    let known = spent.len();
+    for stretch in &room.0 {
+        let mut weakest: Option<(Parting, f64)> = None;
+        let mut place = stretch.span[0];
+        for index in stretch.segments[0]..=stretch.segments[1] {
+            let rest = chains.rest_length[index as usize];
+            let middle = place + 0.5 * rest;
+            place += rest;
+            let waits = spent[..known].iter().any(|entry| {
+                entry.yarn == yarn
+                    && (entry.span[0]..=entry.span[1]).contains(&middle)
+                    && gone(entry) < 2.0 * (middle - entry.place).abs() + BEHIND * segment
             });
-            let strain = strain(chains, segment);
-            if !waits && weakest.is_none_or(|weakest| strain > weakest.strain) {
-                weakest = Some(Parting { yarn, segment, strain });
+            let strain = strain(chains, index);
+            if !waits && weakest.is_none_or(|(weakest, _)| strain > weakest.strain) {
+                weakest = Some((Parting { yarn, segment: index, strain }, middle));
             }
         }
-        partings.extend(weakest);
-    }
-    let mut index = 0;
-    spent.retain(|entry| {
-        let alive = entry.yarn != yarn || room.alive[index];
-        index += 1;
-        alive
-    });
-    for parting in &partings[before..] {
-        let row = room.rows.iter().find(|[first, last]| (*first..=*last).contains(&parting.segment));
-        let place = arc_length(chains, yarn, parting.segment) + 0.5 * chains.rest_length[parting.segment as usize];
-        spent.push(Spent { yarn, place, time, segments: row.copied().unwrap_or([parting.segment; 2]) });
+        if let Some((parting, place)) = weakest {
+            partings.push(parting);
+            spent.push(Spent { yarn, place, time, span: stretch.span });
+        }
     }
 }
 
-/// Longest rows of joined segments at or over the strength of their yarn, as first and last segment.
-fn rows_over_strength(yarn: YarnId, chains: &Chains, rows: &mut Vec<[u32; 2]>) {
-    rows.clear();
+/// Lets the release reach as far as `reach` (m), and spends every stretch that it touches.
+fn spend(entry: &mut Spent, reach: f64, stretches: &[Stretch]) {
+    entry.span[0] = entry.span[0].min(entry.place - reach);
+    entry.span[1] = entry.span[1].max(entry.place + reach);
+    for stretch in stretches {
+        if stretch.span[0] <= entry.span[1] && entry.span[0] <= stretch.span[1] {
+            entry.span = [entry.span[0].min(stretch.span[0]), entry.span[1].max(stretch.span[1])];
+        }
+    }
+}
+
+/// Longest rows of joined segments at or over the strength of their yarn.
+fn over_strength(yarn: YarnId, chains: &Chains, stretches: &mut Vec<Stretch>) {
+    stretches.clear();
     let strength = chains.yarns[yarn.0 as usize].strength;
     let from = chains.runs.partition_point(|run| run.yarn < yarn);
+    let mut place = 0.0;
     for run in chains.runs[from..].iter().take_while(|run| run.yarn == yarn) {
         let mut open = false;
         for segment in run.nodes.start..run.nodes.end - 1 {
+            let end = place + chains.rest_length[segment as usize];
             let over = strain(chains, segment) >= strength;
-            match (over, open, rows.last_mut()) {
-                (true, true, Some(row)) => row[1] = segment,
-                (true, ..) => rows.push([segment; 2]),
+            match (over, open, stretches.last_mut()) {
+                (true, true, Some(stretch)) => (stretch.segments[1], stretch.span[1]) = (segment, end),
+                (true, ..) => stretches.push(Stretch { segments: [segment; 2], span: [place, end] }),
                 _ => {}
             }
             open = over;
+            place = end;
         }
+        // The broken segment between two runs.
+        place += chains.rest_length[run.nodes.end as usize - 1];
     }
-}
-
-/// Arc length at rest from the yarn's first node to node `node`, m.
-fn arc_length(chains: &Chains, yarn: YarnId, node: u32) -> f64 {
-    let first = chains.yarns[yarn.0 as usize].nodes.start as usize;
-    chains.rest_length[first..node as usize].iter().sum()
 }
 
 /// Parts one segment: its run becomes two. Returns whether it was joined.

@@ -26,6 +26,7 @@ pub fn evaluate(signal: &Signal, at: DVec3) -> Option<DVec3> {
             let within = evaluate(within, at)?.x;
             scalar(truth(near(a, b, within, *relative)))
         }
+        Signal::Curve { points, at: of } => scalar(curve(points, evaluate(of, at)?.x)),
         Signal::Parts(op, of) => {
             let values = of.iter().map(|part| evaluate(part, at)).collect::<Option<Vec<_>>>()?;
             Some(parts(*op, &values))
@@ -37,6 +38,16 @@ pub fn evaluate(signal: &Signal, at: DVec3) -> Option<DVec3> {
 /// |a − b| ≤ within, or ≤ within·|b|.
 pub fn near(a: DVec3, b: DVec3, within: f64, relative: bool) -> bool {
     (a - b).length() <= within * if relative { b.length() } else { 1.0 }
+}
+
+/// The value at `x` of points with rising x, linear between them and level beyond the ends.
+pub fn curve(points: &[[f64; 2]], x: f64) -> f64 {
+    let after = points.partition_point(|[at, _]| *at <= x);
+    match (after.checked_sub(1).map(|i| points[i]), points.get(after).copied()) {
+        (Some([x0, y0]), Some([x1, y1])) => y0 + (y1 - y0) * (x - x0) / (x1 - x0),
+        (Some([_, y]), None) | (None, Some([_, y])) => y,
+        (None, None) => f64::NAN,
+    }
 }
 
 /// A unary function on a number in `x` or a vector.

@@ -36,6 +36,11 @@ pub enum Op {
         within: Slot,
         relative: bool,
     },
+    /// Linear between points with rising x, level beyond the ends.
+    Curve {
+        points: Vec<[f64; 2]>,
+        at: Slot,
+    },
     Parts(PartsOp, Vec<Slot>),
     /// Keeps an accumulator of its own over accepted steps; read once the run has ended.
     OverTime(Reduction),

@@ -1,1 +1,21 @@
-//! results
+//! What comes of a run: frames, pictures, probes, ledgers, the summary and the table at its end.
+//!
+//! Whole files are renamed into place and growing ones are flushed at every frame, so Ctrl-C and kill lose nothing that
+//! was written.
+
+pub mod folder;
+pub mod frames;
+pub mod ledger;
+pub mod picture;
+pub mod probes;
+pub mod progress;
+pub mod pvd;
+pub mod recorder;
+pub mod report;
+pub mod summary;
+pub mod surface;
+pub mod vtu;
+
+pub use folder::Folder;
+pub use recorder::{Recorder, read_checkpoint};
+pub use summary::Summary;

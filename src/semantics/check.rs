@@ -56,6 +56,39 @@ pub fn check(
     program.filter(|_| !failed)
 }
 
+/// Reads a file from disk and checks it; [`check`] says the rest.
+///
+/// A file that cannot be read is E0003, one over 16 MiB E0001, one that is no UTF-8 text E0002.
+pub fn check_path(
+    sources: &mut Sources,
+    path: &Path,
+    options: &Options,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Option<Program> {
+    let name = path.display().to_string();
+    let bytes = match std::fs::read(path) {
+        Ok(bytes) => bytes,
+        Err(error) => {
+            diagnostics.push(Diagnostic::placeless(
+                "E0003",
+                Severity::Error,
+                format!("{name} cannot be read: {error}"),
+            ));
+            return None;
+        }
+    };
+    match syntax::decode(&name, bytes) {
+        Ok(text) => {
+            let file = sources.add(name, text);
+            check(sources, file, options, diagnostics)
+        }
+        Err(found) => {
+            diagnostics.push(*found);
+            None
+        }
+    }
+}
+
 fn checked(
     sources: &mut Sources,
     file: FileId,
@@ -336,14 +369,17 @@ impl<'t> File<'t> {
         for item in items {
             let ItemNode::Field { path, .. } = &item.node else {
                 if !matches!(item.node, ItemNode::Broken { .. }) {
-                    let problem = Diagnostic::error("E0406", "`quick` holds only changes, `path = value`", item.span, "");
+                    let problem =
+                        Diagnostic::error("E0406", "`quick` holds only changes, `path = value`", item.span, "");
                     e.tell(problem);
                 }
                 continue;
             };
             if self.options.quick {
                 e.add_change(Written::Tree(item), scope, How::Set, layer::QUICK);
-            } else if e.find(&path.head.text, scope).is_none() && e.stages.last().is_some_and(|stage| stage.scope == scope) {
+            } else if e.find(&path.head.text, scope).is_none()
+                && e.stages.last().is_some_and(|stage| stage.scope == scope)
+            {
                 e.add_change(Written::Tree(item), scope, How::Set, layer::QUICK);
             }
         }
@@ -384,8 +420,12 @@ impl<'t> File<'t> {
             }
             let names: Vec<String> = scopes.iter().flat_map(|scope| self.elaborator.declared_here(*scope)).collect();
             let name = &path.head.text;
-            let mut problem =
-                Diagnostic::error("E0506", format!("`--set` names `{name}`, which the file does not declare"), path.head.span, "");
+            let mut problem = Diagnostic::error(
+                "E0506",
+                format!("`--set` names `{name}`, which the file does not declare"),
+                path.head.span,
+                "",
+            );
             if let Some(near) = eval::nearest(name, names.iter().map(String::as_str)) {
                 problem = problem.note(format!("did you mean `{near}`?"));
             }

@@ -7,9 +7,7 @@ use crate::scene::{self, CaseId, Expect, ItemBody, Origin, Program, Scene, Signa
 use crate::syntax::tree::{self, Item, ItemNode};
 
 use super::check::File;
-use super::elaborate::{
-    DeclId, DeclState, Elaborator, InstanceId, Node, StageId, is_placed, map_reads, signal_from,
-};
+use super::elaborate::{DeclId, DeclState, Elaborator, InstanceId, Node, StageId, is_placed, map_reads, signal_from};
 use super::eval::{self, Env};
 use super::types;
 use super::value::{Object, ScopeId, Value};
@@ -291,12 +289,14 @@ impl<'t> Elaborator<'t> {
 
     /// Every scene that holds something has one `run`.
     fn check_runs(&mut self, stage: StageId, scene: &Scene, main: &super::modules::Module) {
-        let runs: Vec<&scene::Item> = scene.items.iter().filter(|item| self.kinds.descends(&item.kind, "run")).collect();
+        let runs: Vec<&scene::Item> =
+            scene.items.iter().filter(|item| self.kinds.descends(&item.kind, "run")).collect();
         let case = self.stage_of(stage).name.clone();
         let place = case.as_deref().map_or_else(|| "the file".to_owned(), |case| format!("the case `{case}`"));
         if let [first, second, ..] = runs.as_slice() {
             let message = format!("{place} has more than one `run`");
-            let problem = Diagnostic::error("E0621", message, second.span, "a second one").also(first.span, "the first one");
+            let problem =
+                Diagnostic::error("E0621", message, second.span, "a second one").also(first.span, "the first one");
             self.tell(problem.note("put each into a `case` of its own, or into `stages` of one run"));
             return;
         }
@@ -334,7 +334,9 @@ impl<'t> Elaborator<'t> {
     fn reported_at(&self, span: Span) -> bool {
         self.diagnostics.iter().any(|d| {
             d.severity == Severity::Error
-                && d.labels.iter().any(|label| label.span.file == span.file && label.span.start >= span.start && label.span.end <= span.end)
+                && d.labels.iter().any(|label| {
+                    label.span.file == span.file && label.span.start >= span.start && label.span.end <= span.end
+                })
         })
     }
 }

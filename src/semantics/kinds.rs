@@ -198,11 +198,7 @@ impl<'t> Kinds<'t> {
     }
 
     /// Makes the kinds, parents before children. `resolve` turns a written type into a type.
-    pub fn finish(
-        &mut self,
-        resolve: &mut dyn FnMut(&tree::Type) -> Type,
-        diagnostics: &mut Vec<Diagnostic>,
-    ) {
+    pub fn finish(&mut self, resolve: &mut dyn FnMut(&tree::Type) -> Type, diagnostics: &mut Vec<Diagnostic>) {
         for name in self.order.clone() {
             self.make(&name, resolve, diagnostics, 0);
         }
@@ -320,7 +316,9 @@ pub fn unknown_kind(kinds: &Kinds, name: &tree::Name) -> Diagnostic {
         Diagnostic::error("E0402", format!("there is no kind `{}`", name.text), name.span, "not a kind of block");
     match super::eval::nearest(&name.text, kinds.order.iter().map(|k| &**k)) {
         Some(near) => problem.fix(format!("write `{near}`"), name.span, near),
-        None => problem.note("a scene is made of `weave`, `strand`, `body`, `fix`, `pull`, `contact`, `run`, `record`, …"),
+        None => {
+            problem.note("a scene is made of `weave`, `strand`, `body`, `fix`, `pull`, `contact`, `run`, `record`, …")
+        }
     }
 }
 

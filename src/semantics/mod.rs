@@ -17,7 +17,7 @@ pub mod types;
 pub mod units;
 pub mod value;
 
-pub use check::{Options, check};
+pub use check::{Options, check, check_path};
 pub use modules::library_sources;
 
 #[cfg(test)]

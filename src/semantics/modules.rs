@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use crate::diagnostics::{Diagnostic, FileId, Sources, Span};
-use crate::syntax::tree::{ItemNode, Name, Tree};
 use crate::syntax;
+use crate::syntax::tree::{ItemNode, Name, Tree};
 
 mod embedded {
     include!(concat!(env!("OUT_DIR"), "/stdlib.rs"));

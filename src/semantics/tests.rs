@@ -96,7 +96,11 @@ fn a_set_is_checked_like_the_file() {
         assert!(program.is_none());
         let problem = &diagnostics[0];
         assert!(problem.code.0.starts_with(code), "{}", listed(&sources, &diagnostics));
-        assert!(sources.place(problem.span().unwrap()).starts_with("<--set speed>"), "{}", listed(&sources, &diagnostics));
+        assert!(
+            sources.place(problem.span().unwrap()).starts_with("<--set speed>"),
+            "{}",
+            listed(&sources, &diagnostics)
+        );
     }
     let unknown = Options { sets: vec![("sped".into(), "300 m/s".into())], ..Options::default() };
     assert_eq!(run_with(SHOT, &unknown).2[0].code.0, "E0506");
@@ -111,5 +115,8 @@ fn the_library_itself_has_no_mistakes() {
 #[test]
 fn declarations_may_stand_in_any_order_and_circles_are_named() {
     program("let a = b * 2\nlet b = 3 mm\nbody x { shape = sphere(a); mass = 1 g }\nrun r { duration = 1 s }");
-    assert_eq!(codes("let a = b\nlet b = a\nbody x { shape = sphere(a); mass = 1 g }\nrun r { duration = 1 s }"), ["E0204"]);
+    assert_eq!(
+        codes("let a = b\nlet b = a\nbody x { shape = sphere(a); mass = 1 g }\nrun r { duration = 1 s }"),
+        ["E0204"]
+    );
 }

@@ -196,11 +196,6 @@ impl Engine<'_> {
         let Some(index) = self.parts.iter().position(|part| part.id == domain) else { return };
         let part = &self.parts[index];
         if !part.sums.over {
-            // Nothing is over its strength: what was spent is unloaded.
-            if !self.spent.is_empty() {
-                let yarns = part.yarns.clone();
-                self.spent.retain(|entry| !yarns.contains(&(entry.yarn.0 as usize)));
-            }
             return;
         }
         let BreakingRoom { yarns, stretches, partings } = &mut self.breaking;

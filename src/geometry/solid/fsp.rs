@@ -41,6 +41,7 @@ impl Fsp {
     /// The 17-grain (calibre .22) projectile of MIL-DTL-46593, 5.38 mm in diameter. The length 6.35 mm, the flat of
     /// 2.54 mm and the slope of 35° are recalled, not seen; with steel of 7850 kg/m³ they weigh 1.10 g, as they should.
     pub fn grain_17() -> Self {
+        // The flat is narrower than the body and the chisel drops 1 mm of 6.35 mm, so `new` has nothing to refuse.
         Self::new(2.69e-3, 6.35e-3, 1.27e-3, 35.0_f64.to_radians())
             .expect("the numbers above describe a body, as the tests show")
     }
@@ -90,12 +91,13 @@ impl Fsp {
         // Outside: the nearest point lies on one surface, on an edge or on a corner. Every candidate on the body is an
         // upper bound, and the true one is among them.
         let slack = 1e-13 * (self.radius + self.length + p.length());
-        let mut best = Near { distance: f64::INFINITY, normal };
         for (distance, outward) in surfaces {
-            if distance > 0.0 && distance < best.distance && self.holds(p - outward * distance, slack) {
-                best = Near { distance, normal: outward };
+            // The body lies on one side of each surface, so a foot that is on the body is the nearest point.
+            if distance > 0.0 && self.holds(p - outward * distance, slack) {
+                return Near { distance, normal: outward };
             }
         }
+        let mut best = Near { distance: f64::INFINITY, normal };
         for q in self.edge_points(p) {
             let away = p - q;
             let distance = away.length();

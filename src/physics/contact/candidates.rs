@@ -2,11 +2,13 @@
 //! Two masks, one inside the other, let far pairs sleep; both only ever leave out what cannot be within reach, so the
 //! contacts found never depend on when either was made.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::broad::Broad;
-use super::chunk::{CHUNK, Chunk, Chunks};
-use super::law::Laws;
+use super::chunk::{CHUNK, Chunk, Chunks, Motion};
+use super::law::{Family, Laws};
+use crate::geometry::section::Section;
 use crate::geometry::segments::closest_on_segments;
 use crate::physics::Chains;
 
@@ -17,8 +19,18 @@ pub(super) struct Group {
     pub b: u32,
     pub wide: u64,
     pub near: u64,
-    /// `near` holds while the two paths and reaches add up to no more.
-    pub near_until: f64,
+    /// `near` holds while the two reaches and what both paths have grown since they added up to `near_from` stay within
+    /// `near_within`, m.
+    pub near_from: f64,
+    pub near_within: f64,
+}
+
+impl Group {
+    /// Whether `near` still holds.
+    #[inline]
+    pub fn is_near_known(&self, a: &Motion, b: &Motion) -> bool {
+        (a.path + b.path - self.near_from) * a.turns.max(b.turns) + a.reach + b.reach <= self.near_within
+    }
 }
 
 /// Work done by the candidates in one step.
@@ -125,40 +137,68 @@ fn group(a: u32, b: u32, chunks: &Chunks, chains: &Chains, laws: &Laws) -> Optio
     let (ca, cb) = (&chunks.list[a as usize], &chunks.list[b as usize]);
     laws.of_yarns(ca.family, cb.family)?;
     let (ma, mb) = (&chunks.motion[a as usize], &chunks.motion[b as usize]);
-    let radii = ma.radius + mb.radius;
-    let within = ma.half_skin + mb.half_skin;
-    let close = ma.reach + mb.reach + 0.2 * within;
-    let mut g = Group { a, b, wide: 0, near: 0, near_until: ma.path + mb.path + close };
+    let limit = ma.radius + mb.radius + ma.half_skin + mb.half_skin;
+    let mut g = Group { a, b, wide: 0, near: 0, near_from: 0.0, near_within: f64::NEG_INFINITY };
     for k in 0..ca.len {
         for l in 0..cb.len {
             if !ca.is_joined(k) || !cb.is_joined(l) || (ca.yarn == cb.yarn && neighbours(ca, k, cb, l, chains, laws)) {
                 continue;
             }
-            let bit = 1u64 << (CHUNK * k + l);
-            let distance = lower_bound(chains, ca.first + k, cb.first + l, within + radii);
-            g.wide |= if distance < within + radii { bit } else { 0 };
-            g.near |= if distance < close + radii { bit } else { 0 };
+            if lower_bound(chains, ca.first + k, cb.first + l, limit) < limit {
+                g.wide |= 1u64 << (CHUNK * k + l);
+            }
         }
     }
     (g.wide != 0).then_some(g)
 }
 
-/// Sieves `near` out of `wide` again. `reach`, `within`: of both chunks together, m.
-pub(super) fn sieve(g: &mut Group, chunks: &Chunks, chains: &Chains) {
+/// Steps at the present speed after which a pair of chunks is sieved again.
+const SIEVE: f64 = 24.0;
+
+/// Sieves `near` out of `wide` again.
+pub(super) fn sieve(g: &mut Group, chunks: &Chunks, chains: &Chains, laws: &Laws) {
     let (ca, cb) = (&chunks.list[g.a as usize], &chunks.list[g.b as usize]);
     let (ma, mb) = (&chunks.motion[g.a as usize], &chunks.motion[g.b as usize]);
-    let close = ma.reach + mb.reach + 0.2 * (ma.half_skin + mb.half_skin);
-    let limit = close + ma.radius + mb.radius;
+    let reach = ma.reach + mb.reach;
+    let skins = ma.half_skin + mb.half_skin;
+    g.near_within = reach + (SIEVE * reach * ma.turns.max(mb.turns)).min(0.5 * skins);
+    g.near_from = ma.path + mb.path;
+    let limit = g.near_within + ma.radius + mb.radius;
+    let families = [ca.family, cb.family].map(|f| &laws.families[f as usize]);
+    let round = families[0].round && families[1].round;
     let mut rest = g.wide;
     g.near = 0;
     while rest != 0 {
         let bit = rest.trailing_zeros();
         rest &= rest - 1;
-        if lower_bound(chains, ca.first + bit / CHUNK, cb.first + bit % CHUNK, limit) < limit {
+        let (i, j) = (ca.first + bit / CHUNK, cb.first + bit % CHUNK);
+        if lower_bound(chains, i, j, limit) < limit && (round || slab(chains, families, [i, j]) < g.near_within) {
             g.near |= 1 << bit;
         }
     }
-    g.near_until = ma.path + mb.path + close;
+}
+
+/// Width of the slab between two tubes along their common normal, m: a lower bound of their gap. Minus infinity for
+/// tubes that are all but parallel. It changes by what the nodes move and by what the sections turn.
+#[inline]
+pub(super) fn slab(chains: &Chains, [fa, fb]: [&Family; 2], [i, j]: [u32; 2]) -> f64 {
+    let (x, i, j) = (&chains.position, i as usize, j as usize);
+    let (ta, tb) = ((x[i + 1] - x[i]).normalize_or_zero(), (x[j + 1] - x[j]).normalize_or_zero());
+    let cross = ta.cross(tb);
+    let sine2 = cross.length_squared();
+    if sine2 < 0.01 {
+        return f64::NEG_INFINITY;
+    }
+    let n = cross / sine2.sqrt();
+    let (p, q, r, s) = (x[i].dot(n), x[i + 1].dot(n), x[j].dot(n), x[j + 1].dot(n));
+    let apart = (p.min(q) - r.max(s)).max(r.min(s) - p.max(q));
+    // The thicker and the wider end together: at least the section anywhere on the segment.
+    let half = |f: &Family, k: usize, t: DVec3| {
+        let (b0, b1) = (chains.half_thickness[k], chains.half_thickness[k + 1]);
+        let section = Section { half_thickness: b0.max(b1), half_width: f.half_width(b0.min(b1)) };
+        section.support(n, t, chains.thickness_axis[k])
+    };
+    apart - half(fa, i, ta) - half(fb, j, tb)
 }
 
 /// Distance of two centrelines, m, or something over `limit` where their bounding spheres are farther apart than that.

@@ -56,6 +56,9 @@ pub(super) struct Motion {
     pub half_skin: f64,
     /// Largest half-axis of its sections.
     pub radius: f64,
+    /// How far a point of a surface may go while the nodes of its segment go 1 m: more than that where the section is no
+    /// circle, for it turns with the segment (2a/L with the shortest segment at half its rest length).
+    pub turns: f64,
 }
 
 impl Motion {
@@ -131,6 +134,9 @@ impl Chunks {
                 let radius = laws.corner * b.iter().fold(0.0, |r: f64, &b| r.max(b).max(family.half_width(b)));
                 m.path += (radius - m.radius).abs();
                 m.radius = radius;
+                let rest = &chains.rest_length[c.first as usize..(c.first + c.len) as usize];
+                let shortest = 0.5 * rest.iter().fold(f64::INFINITY, |s: f64, &l| s.min(l));
+                m.turns = if family.round { 1.0 } else { 1.0 + 2.0 * radius / shortest };
             }
             m.reach = speed(&chains.velocity[nodes], drift) * (1.25 * h) + floor;
         };

@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 
 use super::boxes;
-use super::candidates::{Group, sieve};
+use super::candidates::{Group, sieve, slab};
 use super::chunk::{CHUNK, Chunk, Chunks};
 use super::law::{Family, Laws, PairLaw};
 use crate::geometry::section::Section;
@@ -72,8 +72,8 @@ impl Scene<'_> {
         let motion = &self.chunks.motion;
         let (ma, mb) = (&motion[g.a as usize], &motion[g.b as usize]);
         let reach = ma.reach + mb.reach;
-        if ma.path + mb.path + reach > g.near_until {
-            sieve(g, self.chunks, self.chains);
+        if !g.is_near_known(ma, mb) {
+            sieve(g, self.chunks, self.chains, self.laws);
         }
         if g.near == 0 {
             return 0;
@@ -117,11 +117,14 @@ impl Scene<'_> {
         let (fa, fb) = (&self.laws.families[ca.family as usize], &self.laws.families[cb.family as usize]);
         let x = &self.chains.position;
         let (a0, a1, b0, b1) = (x[i as usize], x[i as usize + 1], x[j as usize], x[j as usize + 1]);
-        let near = closest_on_segments(a0, a1, b0, b1);
-        let distance = near.delta.length();
         if law.variant == ContactVariant::Boxes {
             return boxes::segments(self, [i, j], [fa, fb]);
         }
+        if !(fa.round && fb.round) && slab(self.chains, [fa, fb], [i, j]) >= reach {
+            return None;
+        }
+        let near = closest_on_segments(a0, a1, b0, b1);
+        let distance = near.delta.length();
         if fa.round && fb.round {
             // Round sections that never flatten: swept spheres, whose joints are round too.
             let gap = distance - fa.half_thickness - fb.half_thickness;

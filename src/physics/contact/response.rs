@@ -205,6 +205,11 @@ impl Island<'_> {
     /// Impulses of the last step, scaled to be the best multiple of themselves (0…1): a start that is never worse
     /// than none, so that stopping early never leaves more energy than there was. D(α) = ½α²·ΔvᵀMΔv + α·λᵀ(v − b).
     pub fn warm_start<const FLAT: bool>(&mut self) {
+        if let ([only], []) = (&mut *self.yarns, &*self.with_bodies) {
+            // One projection solves it, whatever it starts from.
+            (only.cone.push, only.cone.rub) = (0.0, DVec3::ZERO);
+            return;
+        }
         let mut linear = 0.0;
         let mut quadratic = 0.0;
         for r in &*self.yarns {

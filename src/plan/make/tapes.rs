@@ -56,6 +56,7 @@ impl Lowering<'_> {
                 within: self.signal(within),
                 relative: *relative,
             },
+            Signal::Curve { points, at } => Op::Curve { points: points.clone(), at: self.signal(at) },
             Signal::Parts(op, of) => Op::Parts(*op, of.iter().map(|part| self.signal(part)).collect()),
             Signal::OverTime { op, of, window } => Op::OverTime(Reduction {
                 op: *op,

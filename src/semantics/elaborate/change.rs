@@ -114,7 +114,8 @@ impl<'t> Elaborator<'t> {
         };
         if late {
             let name = self.decl(decl).name.clone();
-            let message = format!("this change comes too late: `{name}` was already needed to work out a loop or condition");
+            let message =
+                format!("this change comes too late: `{name}` was already needed to work out a loop or condition");
             self.tell(Diagnostic::error("E0509", message, assignment.path_span(), "changed here"));
             return;
         }
@@ -181,7 +182,12 @@ impl<'t> Elaborator<'t> {
                 assignment.skip += 1;
             }
             (Some(Element::Index(expr)), None) => {
-                self.tell(Diagnostic::error("E0508", "this is one item, not an array", expr.span, "leave the index out"));
+                self.tell(Diagnostic::error(
+                    "E0508",
+                    "this is one item, not an array",
+                    expr.span,
+                    "leave the index out",
+                ));
                 return None;
             }
             _ => {}

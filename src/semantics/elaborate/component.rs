@@ -29,14 +29,12 @@ impl<'t> Elaborator<'t> {
         let how = if self.scope(defined).how == How::Library { How::Library } else { How::Component };
         let scope = self.add_scope(Some(defined), stage, how);
         let fields = body.iter().filter(|item| matches!(item.node, ItemNode::Field { .. }));
-        let mut assignments: Vec<Assignment<'t>> = fields
-            .map(|item| Assignment::new(Written::Tree(item), Env::new(scope), how, layer::COMPONENT))
-            .collect();
+        let mut assignments: Vec<Assignment<'t>> =
+            fields.map(|item| Assignment::new(Written::Tree(item), Env::new(scope), how, layer::COMPONENT)).collect();
         for (depth, applied) in template.layers.iter().enumerate() {
             let (how, layer) = (self.scope(applied.env.scope).how, layer::COPY + depth as u32);
-            let change = |item: &Rc<tree::Item>| {
-                Assignment::new(Written::Own(item.clone()), applied.env.clone(), how, layer)
-            };
+            let change =
+                |item: &Rc<tree::Item>| Assignment::new(Written::Own(item.clone()), applied.env.clone(), how, layer);
             assignments.extend(applied.changes.iter().map(change));
         }
         assignments.extend(changes);

@@ -11,7 +11,9 @@ use crate::semantics::types::{self, Place};
 use crate::semantics::value::{Closure, Function, ItemRef, ScopeId, Value};
 use crate::syntax::tree::{self, ItemNode};
 
-use super::{Decl, DeclId, DeclState, Elaborator, Entry, InstanceId, Node, Scope, StageId, Statement, StatementId, Template};
+use super::{
+    Decl, DeclId, DeclState, Elaborator, Entry, InstanceId, Node, Scope, StageId, Statement, StatementId, Template,
+};
 
 /// Kinds of block that say something about the file instead of putting something into the scene.
 pub fn is_structural(kind: &str) -> bool {
@@ -200,15 +202,17 @@ impl<'t> Elaborator<'t> {
         match node {
             Node::Let { value, ty } => Some(self.let_value(id, value, ty)),
             Node::Param { .. } => Some(self.param_value(id)),
-            Node::Function { params, result, body, span } => Some(Value::Function(Function::Closure(Rc::new(Closure {
-                params: params.to_vec(),
-                body: body.clone(),
-                captured: BTreeMap::new(),
-                scope,
-                name: Some(self.decl(id).name.clone()),
-                result: result.cloned(),
-                span,
-            })))),
+            Node::Function { params, result, body, span } => {
+                Some(Value::Function(Function::Closure(Rc::new(Closure {
+                    params: params.to_vec(),
+                    body: body.clone(),
+                    captured: BTreeMap::new(),
+                    scope,
+                    name: Some(self.decl(id).name.clone()),
+                    result: result.cloned(),
+                    span,
+                }))))
+            }
             Node::Component { .. } => Some(self.component_value(id)),
             Node::Block { block, span } => self.block_value(id, block, span),
             Node::Collected { statement } => {

@@ -10,15 +10,25 @@ use crate::semantics::types::{Place, Type};
 use crate::semantics::value::{ScopeId, Value};
 use crate::syntax::tree::{self, BlockBody, ItemNode};
 
-use super::{
-    Assignment, DeclId, DeclState, Elaborator, Entry, InstanceId, Node, StageId, StatementId, Written, layer,
-};
+use super::{Assignment, DeclId, DeclState, Elaborator, Entry, InstanceId, Node, StageId, StatementId, Written, layer};
 
 /// Kinds (with all that descend from them) whose blocks put something into the scene; blocks of every other kind are
 /// values, like materials.
 const PLACED: [&str; 14] = [
-    "part", "action", "contact", "seam", "tie", "air", "stage", "run", "record", "picture", "probe", "study",
-    "calibrate", "design",
+    "part",
+    "action",
+    "contact",
+    "seam",
+    "tie",
+    "air",
+    "stage",
+    "run",
+    "record",
+    "picture",
+    "probe",
+    "study",
+    "calibrate",
+    "design",
 ];
 
 /// Kinds that speak of the file and its cases, not of one scene.

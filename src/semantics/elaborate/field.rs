@@ -196,7 +196,8 @@ impl<'t> Elaborator<'t> {
         match (step, value) {
             (_, Value::Poison) => Value::Poison,
             (Element::Member(member), Value::Object(object)) => {
-                let Some(field) = self.kinds.get(&object.kind).and_then(|kind| kind.field(&member.text).cloned()) else {
+                let Some(field) = self.kinds.get(&object.kind).and_then(|kind| kind.field(&member.text).cloned())
+                else {
                     self.no_such_piece(&object.kind.clone(), member);
                     return Value::Poison;
                 };
@@ -219,7 +220,8 @@ impl<'t> Elaborator<'t> {
             (Element::Index(index), Value::List(list)) => {
                 let chosen = eval::evaluate(self, &assignment.env, index);
                 let Value::Number(number) = &chosen else { return Value::Poison };
-                let Some(i) = number.as_count().and_then(|n| usize::try_from(n).ok()).filter(|i| *i < list.len()) else {
+                let Some(i) = number.as_count().and_then(|n| usize::try_from(n).ok()).filter(|i| *i < list.len())
+                else {
                     let message = format!("`{name}` has {} elements, counted from 0", list.len());
                     self.tell(Diagnostic::error("E0508", message, index.span, "no such element"));
                     return Value::Poison;

@@ -331,9 +331,7 @@ pub fn map_reads(signal: Signal, change: &mut dyn FnMut(Read) -> Read) -> Signal
             within: Box::new(map_reads(*within, change)),
             relative,
         },
-        Signal::Parts(op, parts) => {
-            Signal::Parts(op, parts.into_iter().map(|part| map_reads(part, change)).collect())
-        }
+        Signal::Parts(op, parts) => Signal::Parts(op, parts.into_iter().map(|part| map_reads(part, change)).collect()),
         Signal::Number(_) | Signal::Truth(_) | Signal::Time | Signal::Rest(_) => signal,
     }
 }

@@ -112,17 +112,41 @@ pub struct Decl<'t> {
 
 #[derive(Clone, Copy)]
 pub enum Node<'t> {
-    Let { value: &'t tree::Expr, ty: Option<&'t tree::Type> },
-    Param { value: &'t tree::Expr, ty: Option<&'t tree::Type>, bounds: Option<&'t tree::Expr> },
-    Function { params: &'t [tree::Parameter], result: Option<&'t tree::Type>, body: &'t tree::Expr, span: Span },
-    Component { params: &'t [tree::Parameter], parent: Option<&'t tree::Name>, body: &'t [tree::Item] },
-    Block { block: &'t tree::Block, span: Span },
+    Let {
+        value: &'t tree::Expr,
+        ty: Option<&'t tree::Type>,
+    },
+    Param {
+        value: &'t tree::Expr,
+        ty: Option<&'t tree::Type>,
+        bounds: Option<&'t tree::Expr>,
+    },
+    Function {
+        params: &'t [tree::Parameter],
+        result: Option<&'t tree::Type>,
+        body: &'t tree::Expr,
+        span: Span,
+    },
+    Component {
+        params: &'t [tree::Parameter],
+        parent: Option<&'t tree::Name>,
+        body: &'t [tree::Item],
+    },
+    Block {
+        block: &'t tree::Block,
+        span: Span,
+    },
     /// Declared in the bodies of `for` and `if`; the statement says where.
-    Collected { statement: StatementId },
+    Collected {
+        statement: StatementId,
+    },
     /// Its value is in the state: a loop variable.
     Bound,
     /// A component's parameter in one instance.
-    Argument { instance: InstanceId, param: &'t tree::Parameter },
+    Argument {
+        instance: InstanceId,
+        param: &'t tree::Parameter,
+    },
     Case(StageId),
     /// Did not parse.
     Broken,
@@ -133,7 +157,10 @@ pub enum DeclState {
     Working,
     Value(Value),
     /// Its items; whether they are an array.
-    Expanded { instances: Vec<InstanceId>, array: bool },
+    Expanded {
+        instances: Vec<InstanceId>,
+        array: bool,
+    },
 }
 
 /// `path = value` as it was written, in the tree or inside a template.

@@ -137,13 +137,8 @@ impl<'a> De<'a> {
 /// The turn about fixed axes, x first, then y, then z, as a quaternion x, y, z, w.
 fn quaternion(angles: [f64; 3]) -> [Value; 4] {
     let [(sx, cx), (sy, cy), (sz, cz)] = angles.map(|a| (libm::sin(a / 2.0), libm::cos(a / 2.0)));
-    [
-        sx * cy * cz - cx * sy * sz,
-        cx * sy * cz + sx * cy * sz,
-        cx * cy * sz - sx * sy * cz,
-        cx * cy * cz + sx * sy * sz,
-    ]
-    .map(|si| Value::Number(Quantity::ratio(si)))
+    [sx * cy * cz - cx * sy * sz, cx * sy * cz + sx * cy * sz, cx * cy * sz - sx * sy * cz, cx * cy * cz + sx * sy * sz]
+        .map(|si| Value::Number(Quantity::ratio(si)))
 }
 
 macro_rules! whole_numbers {
@@ -239,9 +234,10 @@ impl<'de> Deserializer<'de> for De<'_> {
                 visitor.visit_map(ObjectFields::new(&object, self.kinds, fields))
             }
             other => match self.bridged() {
-                Some(json) => {
-                    json.map_err(de::Error::custom)?.deserialize_struct(name, fields, visitor).map_err(de::Error::custom)
-                }
+                Some(json) => json
+                    .map_err(de::Error::custom)?
+                    .deserialize_struct(name, fields, visitor)
+                    .map_err(de::Error::custom),
                 None => bug(name, other),
             },
         }
@@ -255,9 +251,10 @@ impl<'de> Deserializer<'de> for De<'_> {
     ) -> Result<V::Value, LowerError> {
         if name == "Signal" {
             return match self.bridged() {
-                Some(json) => {
-                    json.map_err(de::Error::custom)?.deserialize_enum(name, variants, visitor).map_err(de::Error::custom)
-                }
+                Some(json) => json
+                    .map_err(de::Error::custom)?
+                    .deserialize_enum(name, variants, visitor)
+                    .map_err(de::Error::custom),
                 None => bug("a signal", self.value),
             };
         }
@@ -449,7 +446,11 @@ impl<'de> VariantAccess<'de> for De<'_> {
         self.deserialize_tuple(length, visitor)
     }
 
-    fn struct_variant<V: Visitor<'de>>(self, fields: &'static [&'static str], visitor: V) -> Result<V::Value, LowerError> {
+    fn struct_variant<V: Visitor<'de>>(
+        self,
+        fields: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, LowerError> {
         self.deserialize_struct("variant", fields, visitor)
     }
 }

@@ -1,0 +1,142 @@
+//! How deep two convex pieces overlap: the least, over all directions u, of reach_A(u) + reach_B(−u) with the pieces'
+//! support functions. Any direction gives an upper bound, so the answer never understates a depth, and one direction
+//! with a negative sum proves the pieces apart.
+
+use glam::{DQuat, DVec3};
+
+use super::shape::reach;
+use crate::geometry::Solid;
+
+/// A straight stretch of a yarn: the hull of the elliptic sections at its two ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tube {
+    pub ends: [DVec3; 2],
+    /// Unit vectors through the thickness at the ends.
+    pub thickness_axis: [DVec3; 2],
+    /// m.
+    pub half_thickness: [f64; 2],
+    /// m.
+    pub half_width: [f64; 2],
+}
+
+impl Tube {
+    /// Axes of the sections, scaled by their half-axes: thickness and width at each end, at right angles to the tube.
+    fn axes(&self) -> [[DVec3; 2]; 2] {
+        let along = (self.ends[1] - self.ends[0]).normalize_or(DVec3::X);
+        [0, 1].map(|k| {
+            let axis = self.thickness_axis[k];
+            let n = (axis - axis.dot(along) * along).normalize_or(along.any_orthonormal_vector());
+            [self.half_thickness[k] * n, self.half_width[k] * along.cross(n)]
+        })
+    }
+}
+
+/// A piece prepared for many directions.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Piece<'a> {
+    Tube { ends: [DVec3; 2], axes: [[DVec3; 2]; 2] },
+    Body { solid: &'a Solid, position: DVec3, back: DQuat },
+}
+
+impl Piece<'_> {
+    pub(super) fn tube(tube: &Tube) -> Piece<'static> {
+        Piece::Tube { ends: tube.ends, axes: tube.axes() }
+    }
+
+    pub(super) fn body(solid: &Solid, position: DVec3, turn: DQuat) -> Piece<'_> {
+        Piece::Body { solid, position, back: turn.inverse() }
+    }
+
+    fn reach(&self, u: DVec3) -> f64 {
+        match self {
+            Piece::Tube { ends, axes } => {
+                let at = |k: usize| ends[k].dot(u) + axes[k][0].dot(u).hypot(axes[k][1].dot(u));
+                at(0).max(at(1))
+            }
+            Piece::Body { solid, position, back } => position.dot(u) + reach(solid, *back * u),
+        }
+    }
+
+    fn middle(&self) -> DVec3 {
+        match self {
+            Piece::Tube { ends, .. } => 0.5 * (ends[0] + ends[1]),
+            Piece::Body { position, .. } => *position,
+        }
+    }
+
+    /// Directions in which an overlap with this piece is likely to be least.
+    fn hints(&self) -> [DVec3; 3] {
+        match self {
+            Piece::Tube { ends, axes } => [axes[0][0], axes[1][0], ends[1] - ends[0]],
+            Piece::Body { .. } => [DVec3::ZERO; 3],
+        }
+    }
+}
+
+/// The overlap of two tubes, m; negative (the gap along the best direction tried) where they are apart.
+pub fn least_overlap(a: &Tube, b: &Tube) -> f64 {
+    least(&Piece::tube(a), &Piece::tube(b))
+}
+
+/// Starts from the directions that the pieces suggest and walks downhill over the sphere by halving steps.
+pub(super) fn least(a: &Piece, b: &Piece) -> f64 {
+    let overlap = |u: DVec3| a.reach(u) + b.reach(-u);
+    let (ha, hb) = (a.hints(), b.hints());
+    let between = b.middle() - a.middle();
+    let mut starts = [between, ha[2].cross(hb[2]), ha[0], ha[1], hb[0], hb[1], DVec3::ZERO];
+    // Across tube `a`, towards the other: where a tube lies along a body or beside another tube.
+    starts[6] = between - between.dot(ha[2]) / ha[2].length_squared().max(1e-300) * ha[2];
+    let mut best = f64::INFINITY;
+    let mut tried = [(f64::INFINITY, DVec3::ZERO); 7];
+    for (slot, start) in tried.iter_mut().zip(starts) {
+        if let Some(u) = start.try_normalize() {
+            let (ahead, back) = (overlap(u), overlap(-u));
+            *slot = if ahead <= back { (ahead, u) } else { (back, -u) };
+            best = best.min(slot.0);
+            if best < 0.0 {
+                return best;
+            }
+        }
+    }
+    tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+    for (value, u) in tried.into_iter().take(3).filter(|t| t.0.is_finite()) {
+        best = best.min(descend(&overlap, u, value));
+        if best < 0.0 {
+            return best;
+        }
+    }
+    best
+}
+
+/// Pattern search on the sphere: tries steps in eight tangent directions, halves when none helps.
+fn descend(overlap: &impl Fn(DVec3) -> f64, mut u: DVec3, mut value: f64) -> f64 {
+    const DIAGONAL: f64 = std::f64::consts::FRAC_1_SQRT_2;
+    const WAYS: [(f64, f64); 8] = [
+        (1.0, 0.0),
+        (-1.0, 0.0),
+        (0.0, 1.0),
+        (0.0, -1.0),
+        (DIAGONAL, DIAGONAL),
+        (-DIAGONAL, DIAGONAL),
+        (DIAGONAL, -DIAGONAL),
+        (-DIAGONAL, -DIAGONAL),
+    ];
+    let mut step = 0.25;
+    while step > 1e-5 && value >= 0.0 {
+        let e = u.any_orthonormal_vector();
+        let f = u.cross(e);
+        let mut better = None;
+        for (x, y) in WAYS {
+            let trial = (u + step * (x * e + y * f)).normalize();
+            let at = overlap(trial);
+            if at < better.map_or(value, |(least, _)| least) {
+                better = Some((at, trial));
+            }
+        }
+        match better {
+            Some((at, trial)) => (value, u) = (at, trial),
+            None => step *= 0.5,
+        }
+    }
+    value
+}

@@ -1,0 +1,376 @@
+//! The oracle over a run: it keeps what each pair is proved safe for, so that a step costs little more than reading
+//! positions, and still no step goes unchecked.
+
+use glam::{DQuat, DVec3};
+use rayon::prelude::*;
+
+use super::near::{Pair, pairs, swept_box};
+use super::overlap::{Piece, Tube, least};
+use super::shape::excess;
+use super::sweep::{Motion, first_entry, first_meeting, segment_distance};
+use crate::backend::StepView;
+use crate::physics::{Bodies, BodyId, Chains, NodeId, SegmentId};
+
+/// What may be passed through: a segment, or a body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Feature {
+    Segment(SegmentId),
+    Body(BodyId),
+}
+
+/// Two features that passed through each other within a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    pub between: [Feature; 2],
+    /// s.
+    pub time: f64,
+}
+
+/// The deepest overlap of sections.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Deepest {
+    /// m.
+    pub depth: f64,
+    pub between: [Feature; 2],
+    /// s.
+    pub time: f64,
+}
+
+/// How the oracle looks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Present sections are compared at every so many steps; 0 never. Sweeps are tested at every step.
+    pub overlap_every: u64,
+    /// An overlap counts as a penetration beyond this part of the smaller half-thickness (1).
+    pub tolerance: f64,
+    /// Segments of one yarn that are at most this far apart in number are not tested against each other.
+    pub neighbours: u32,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { overlap_every: 50, tolerance: 0.5, neighbours: 3 }
+    }
+}
+
+/// What one step showed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Verdict {
+    /// In order of features.
+    pub crossings: Vec<Crossing>,
+    /// None where sections were not compared at this step, or none overlap.
+    pub deepest: Option<Deepest>,
+    /// Pairs that overlap by more than the tolerance; 0 where not compared.
+    pub overlaps: u64,
+}
+
+/// What the run showed so far.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Totals {
+    pub steps: u64,
+    pub crossings: u64,
+    /// Steps at which sections were compared.
+    pub compared: u64,
+    /// The most pairs over the tolerance at any compared step.
+    pub most_overlaps: u64,
+    pub first_crossing: Option<Crossing>,
+    pub deepest: Option<Deepest>,
+    pub rebuilds: u64,
+    /// Pairs watched at present.
+    pub pairs: u64,
+    /// Swept tests made.
+    pub sweeps: u64,
+}
+
+/// One unbroken segment.
+#[derive(Clone, Copy, Debug)]
+struct Segment {
+    node: u32,
+    yarn: u32,
+}
+
+/// Watches a run. Segments are listed by their first node; a list index names one below.
+#[derive(Debug)]
+pub struct Oracle {
+    settings: Settings,
+    segments: Vec<Segment>,
+    epoch: u64,
+    last: Vec<DVec3>,
+    last_bodies: Vec<(DVec3, DQuat)>,
+    /// Positions when the pairs were gathered.
+    gathered: Vec<DVec3>,
+    /// How far a node may go from where pairs were gathered before they must be gathered again, m.
+    leash: f64,
+    pairs: Vec<Pair>,
+    /// Way that each segment went since the pairs were gathered, m.
+    path: Vec<f64>,
+    /// The same of each body's farthest point.
+    body_path: Vec<f64>,
+    /// For each body, for each segment, the summed way up to which it is proved outside.
+    body_until: Vec<Vec<f64>>,
+    totals: Totals,
+}
+
+/// Nearer than this part of the thinnest half-thickness, centrelines have met.
+const TOUCH: f64 = 1e-6;
+
+impl Oracle {
+    /// Takes the state before the first step.
+    pub fn new(chains: &Chains, bodies: &Bodies, settings: Settings) -> Self {
+        let mut oracle = Self {
+            settings,
+            segments: Vec::new(),
+            epoch: chains.epoch,
+            last: chains.position.clone(),
+            last_bodies: placed(bodies),
+            gathered: Vec::new(),
+            leash: 0.0,
+            pairs: Vec::new(),
+            path: Vec::new(),
+            body_path: Vec::new(),
+            body_until: Vec::new(),
+            totals: Totals::default(),
+        };
+        oracle.gather(chains, bodies);
+        oracle
+    }
+
+    /// Starts from the state before `view`'s step; the step itself is still to be checked.
+    pub fn starting(view: &StepView<'_>, settings: Settings) -> Self {
+        let mut oracle = Self::new(view.chains, view.bodies, settings);
+        oracle.last.copy_from_slice(view.before);
+        oracle.last_bodies = view.bodies_before.to_vec();
+        oracle.gather(view.chains, view.bodies);
+        oracle
+    }
+
+    pub fn totals(&self) -> &Totals {
+        &self.totals
+    }
+
+    /// Judges the motion since the state that was last seen (of one step, where every step is shown) and, where it is due,
+    /// the present sections. Segments that are broken after the step are not judged.
+    pub fn check(&mut self, view: &StepView<'_>) -> Verdict {
+        let (chains, bodies) = (view.chains, view.bodies);
+        if chains.epoch != self.epoch || self.has_strayed(chains) {
+            self.epoch = chains.epoch;
+            self.gather(chains, bodies);
+        }
+        self.walk(chains, bodies);
+        let mut crossings = self.sweep_pairs(chains, view.time);
+        self.sweep_bodies(chains, bodies, view.time, &mut crossings);
+        crossings.sort_by_key(|crossing| crossing.between);
+        self.last.copy_from_slice(&chains.position);
+        self.last_bodies = placed(bodies);
+        self.totals.steps += 1;
+        self.totals.crossings += crossings.len() as u64;
+        self.totals.first_crossing = self.totals.first_crossing.or(crossings.first().copied());
+        let due = self.settings.overlap_every > 0 && view.step.is_multiple_of(self.settings.overlap_every);
+        let (deepest, overlaps) = if due { self.compare(chains, bodies, view.time) } else { (None, 0) };
+        Verdict { crossings, deepest, overlaps }
+    }
+
+    /// Compares the sections of a state: the deepest overlap and how many pairs exceed the tolerance.
+    pub fn compare(&mut self, chains: &Chains, bodies: &Bodies, time: f64) -> (Option<Deepest>, u64) {
+        let over = |depth: f64, thin: f64| depth > self.settings.tolerance * thin;
+        let tubes: Vec<Tube> = self.segments.par_iter().with_min_len(1024).map(|s| tube(chains, s.node)).collect();
+        let thin = |t: &Tube| t.half_thickness[0].min(t.half_thickness[1]);
+        let reach = |t: &Tube| t.half_width.into_iter().chain(t.half_thickness).fold(0.0, f64::max);
+        let mut found: Vec<(f64, [Feature; 2], f64)> = self
+            .pairs
+            .par_iter()
+            .with_min_len(1024)
+            .filter(|pair| !self.is_same_stretch(chains, pair))
+            .filter_map(|pair| {
+                let (a, b) = (&tubes[pair.a as usize], &tubes[pair.b as usize]);
+                if segment_distance(a.ends, b.ends) > reach(a) + reach(b) {
+                    return None;
+                }
+                let depth = least(&Piece::tube(a), &Piece::tube(b));
+                (depth > 0.0).then(|| (depth, [self.feature(pair.a), self.feature(pair.b)], thin(a).min(thin(b))))
+            })
+            .collect();
+        for (body, solid) in bodies.solids.iter().enumerate() {
+            let (position, turn) = (bodies.position[body], bodies.turn[body]);
+            let piece = Piece::body(solid, position, turn);
+            for (index, t) in tubes.iter().enumerate() {
+                let middle = turn.inverse() * (0.5 * (t.ends[0] + t.ends[1]) - position);
+                if excess(solid, middle) > reach(t) + 0.5 * (t.ends[1] - t.ends[0]).length() {
+                    continue;
+                }
+                let depth = least(&Piece::tube(t), &piece);
+                if depth > 0.0 {
+                    found.push((depth, [self.feature(index as u32), Feature::Body(BodyId(body as u32))], thin(t)));
+                }
+            }
+        }
+        let mut deepest: Option<Deepest> = None;
+        for (depth, between, _) in &found {
+            if deepest.is_none_or(|d| *depth > d.depth) {
+                deepest = Some(Deepest { depth: *depth, between: *between, time });
+            }
+        }
+        let overlaps = found.iter().filter(|(depth, _, thin)| over(*depth, *thin)).count() as u64;
+        self.totals.compared += 1;
+        self.totals.most_overlaps = self.totals.most_overlaps.max(overlaps);
+        if deepest.map_or(0.0, |d| d.depth) > self.totals.deepest.map_or(0.0, |d| d.depth) {
+            self.totals.deepest = deepest;
+        }
+        (deepest, overlaps)
+    }
+
+    /// Whether a pair belongs to one yarn and lies within two of its widths: a bend there is no overlap.
+    fn is_same_stretch(&self, chains: &Chains, pair: &Pair) -> bool {
+        let (a, b) = (self.segments[pair.a as usize], self.segments[pair.b as usize]);
+        if a.yarn != b.yarn {
+            return false;
+        }
+        let (low, high) = (a.node.min(b.node) as usize + 1, a.node.max(b.node) as usize);
+        let between: f64 = chains.rest_length[low..high.max(low)].iter().sum();
+        between < 4.0 * half_width(chains, a.node as usize)
+    }
+
+    fn feature(&self, index: u32) -> Feature {
+        Feature::Segment(SegmentId(self.segments[index as usize].node))
+    }
+
+    /// Whether some node has gone so far that the sections of a pair left out could touch.
+    fn has_strayed(&self, chains: &Chains) -> bool {
+        let limit = self.leash * self.leash;
+        chains.position.iter().zip(&self.gathered).any(|(now, then)| (*now - *then).length_squared() >= limit)
+    }
+
+    /// Lists unbroken segments and the pairs that are near during the motion from the last state to this one.
+    fn gather(&mut self, chains: &Chains, bodies: &Bodies) {
+        self.segments.clear();
+        for run in &chains.runs {
+            let last = run.nodes.end.saturating_sub(1);
+            self.segments.extend((run.nodes.start..last).map(|node| Segment { node, yarn: run.yarn.0 }));
+        }
+        self.segments.sort_by_key(|s| s.node);
+        let widest = self.segments.iter().map(|s| reach_at(chains, s.node as usize)).fold(0.0, f64::max);
+        // Left out: pairs of centrelines further apart than two reaches (and what flattening may add) and two leashes.
+        self.leash = 0.5 * widest;
+        let margin = 2.2 * widest + 2.0 * self.leash;
+        let boxes: Vec<_> = self
+            .segments
+            .par_iter()
+            .with_min_len(1024)
+            .map(|s| swept_box(ends(&self.last, s.node), ends(&chains.position, s.node), 0.5 * margin))
+            .collect();
+        let (segments, neighbours) = (&self.segments, self.settings.neighbours);
+        self.pairs = pairs(&boxes, |a, b| {
+            let (a, b) = (segments[a as usize], segments[b as usize]);
+            a.yarn != b.yarn || a.node.abs_diff(b.node) > neighbours
+        });
+        self.gathered.clone_from(&chains.position);
+        self.path = vec![0.0; self.segments.len()];
+        self.body_path = vec![0.0; bodies.solids.len()];
+        self.body_until = vec![vec![f64::NEG_INFINITY; self.segments.len()]; bodies.solids.len()];
+        self.totals.rebuilds += 1;
+        self.totals.pairs = self.pairs.len() as u64;
+    }
+
+    /// Adds this motion to the ways gone.
+    fn walk(&mut self, chains: &Chains, bodies: &Bodies) {
+        let last = &self.last;
+        self.path.par_iter_mut().with_min_len(4096).zip(&self.segments).for_each(|(path, s)| {
+            *path += motion(last, &chains.position, s.node).way();
+        });
+        for (b, path) in self.body_path.iter_mut().enumerate() {
+            let (position, turn) = self.last_bodies[b];
+            let angle = turn.angle_between(bodies.turn[b]);
+            let farthest = DVec3::AXES
+                .map(|u| super::shape::reach(&bodies.solids[b], u).max(super::shape::reach(&bodies.solids[b], -u)));
+            *path += (bodies.position[b] - position).length() + angle * DVec3::from_array(farthest).length();
+        }
+    }
+
+    fn sweep_pairs(&mut self, chains: &Chains, time: f64) -> Vec<Crossing> {
+        let (segments, path, last) = (&self.segments, &self.path, &self.last);
+        let thinnest = |n: usize| TOUCH * chains.half_thickness[n];
+        let looked: Vec<(u64, Vec<Crossing>)> = self
+            .pairs
+            .par_chunks_mut(8192)
+            .map(|chunk| {
+                let (mut sweeps, mut hits) = (0, Vec::new());
+                for pair in chunk {
+                    let (a, b) = (pair.a as usize, pair.b as usize);
+                    let gone = path[a] + path[b];
+                    if gone < pair.until {
+                        continue;
+                    }
+                    sweeps += 1;
+                    let (na, nb) = (segments[a].node, segments[b].node);
+                    let (p, q) = (motion(last, &chains.position, na), motion(last, &chains.position, nb));
+                    let touch = thinnest(na as usize).min(thinnest(nb as usize));
+                    if first_meeting(&p, &q, touch).is_some() {
+                        let between = [na, nb].map(|n| Feature::Segment(SegmentId(n)));
+                        hits.push(Crossing { between, time });
+                    }
+                    pair.until = gone + segment_distance(p.after, q.after) - 2.0 * touch;
+                }
+                (sweeps, hits)
+            })
+            .collect();
+        self.totals.sweeps += looked.iter().map(|(sweeps, _)| sweeps).sum::<u64>();
+        looked.into_iter().flat_map(|(_, hits)| hits).collect()
+    }
+
+    fn sweep_bodies(&mut self, chains: &Chains, bodies: &Bodies, time: f64, crossings: &mut Vec<Crossing>) {
+        for (body, solid) in bodies.solids.iter().enumerate() {
+            let (was, now) = (self.last_bodies[body], (bodies.position[body], bodies.turn[body]));
+            let own = |p: DVec3, (position, turn): (DVec3, DQuat)| turn.inverse() * (p - position);
+            for (index, segment) in self.segments.iter().enumerate() {
+                let gone = self.path[index] + self.body_path[body];
+                let until = &mut self.body_until[body][index];
+                if gone < *until {
+                    continue;
+                }
+                self.totals.sweeps += 1;
+                let m = motion(&self.last, &chains.position, segment.node);
+                let m = Motion { before: m.before.map(|p| own(p, was)), after: m.after.map(|p| own(p, now)) };
+                let touch = TOUCH * chains.half_thickness[segment.node as usize];
+                if first_entry(solid, &m, touch).is_some() {
+                    let id = Feature::Segment(SegmentId(segment.node));
+                    crossings.push(Crossing { between: [id, Feature::Body(BodyId(body as u32))], time });
+                }
+                let middle = excess(solid, 0.5 * (m.after[0] + m.after[1]));
+                *until = gone + middle - 0.5 * (m.after[1] - m.after[0]).length();
+            }
+        }
+    }
+}
+
+fn placed(bodies: &Bodies) -> Vec<(DVec3, DQuat)> {
+    bodies.position.iter().copied().zip(bodies.turn.iter().copied()).collect()
+}
+
+fn ends(position: &[DVec3], node: u32) -> [DVec3; 2] {
+    [position[node as usize], position[node as usize + 1]]
+}
+
+fn motion(before: &[DVec3], after: &[DVec3], node: u32) -> Motion {
+    Motion { before: ends(before, node), after: ends(after, node) }
+}
+
+/// Half-width at a node by constant area: a = a₀·b₀/b, m.
+fn half_width(chains: &Chains, node: usize) -> f64 {
+    let at = chains.yarns.partition_point(|yarn| yarn.nodes.end <= node as u32);
+    let law = &chains.laws[chains.yarns[at].law as usize];
+    law.half_width * law.half_thickness / chains.half_thickness[node]
+}
+
+fn reach_at(chains: &Chains, node: usize) -> f64 {
+    half_width(chains, node).max(chains.half_thickness[node])
+}
+
+fn tube(chains: &Chains, node: u32) -> Tube {
+    let nodes = [NodeId(node).0 as usize, node as usize + 1];
+    Tube {
+        ends: ends(&chains.position, node),
+        thickness_axis: nodes.map(|n| chains.thickness_axis[n]),
+        half_thickness: nodes.map(|n| chains.half_thickness[n]),
+        half_width: nodes.map(|n| half_width(chains, n)),
+    }
+}

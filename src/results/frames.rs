@@ -1,0 +1,144 @@
+//! Frames as VTU grids and as tables: yarns as poly-lines with their sections, bodies as triangles.
+
+use std::fmt::Write as _;
+use std::ops::Range;
+
+use glam::DVec3;
+
+use super::surface::surface;
+use super::vtu::{Array, Grid, POLY_LINE, TRIANGLE, Values};
+use crate::backend::{BodyFrame, ChainFrame, Family};
+
+/// A chain domain: one poly-line for each unbroken run of two nodes or more.
+///
+/// Point data: `velocity` (m/s), `half_thickness`, `half_width` (m), `thickness_axis`, `strain` (mean of the unbroken
+/// segments that meet there), `segment_strain` (of the segment that starts there), `yarn` (number in the part), `family`
+/// (0 warp, 1 weft, 2 strand), `thread`. Cell data: `yarn`, `family`, `largest_strain`.
+pub fn yarns(chain: &ChainFrame, time: f64) -> Grid {
+    let mut grid = Grid { points: flat(&chain.position), time, ..Grid::default() };
+    let nodes = chain.position.len();
+    let (mut yarn_of, mut family_of, mut thread_of) = (vec![0_i32; nodes], vec![0_i32; nodes], vec![0_i32; nodes]);
+    let mut at_node = vec![0.0_f32; nodes];
+    let (mut cell_yarn, mut cell_family, mut cell_strain) = (Vec::new(), Vec::new(), Vec::new());
+    for (number, yarn) in chain.yarns.iter().enumerate() {
+        let range = yarn.nodes.start as usize..yarn.nodes.end as usize;
+        yarn_of[range.clone()].fill(number as i32);
+        family_of[range.clone()].fill(family(yarn.family));
+        thread_of[range].fill(yarn.thread as i32);
+        for run in runs(chain, &yarn.nodes) {
+            run.clone().for_each(|j| at_node[j] = node_strain(chain, &run, j) as f32);
+            grid.cell(POLY_LINE, run.clone().map(|i| i as i64));
+            cell_yarn.push(number as i32);
+            cell_family.push(family(yarn.family));
+            let strains = chain.strain[run.start..run.end - 1].iter().copied();
+            cell_strain.push(strains.fold(f64::NEG_INFINITY, f64::max) as f32);
+        }
+    }
+    let single = |values: &[f64]| Values::F32(values.iter().map(|v| *v as f32).collect());
+    grid.point_data = vec![
+        Array::new("velocity", 3, Values::F64(flat(&chain.velocity))),
+        Array::new("half_thickness", 1, single(&chain.half_thickness)),
+        Array::new("half_width", 1, single(&chain.half_width)),
+        Array::new("thickness_axis", 3, single(&flat(&chain.thickness_axis))),
+        Array::new("strain", 1, Values::F32(at_node)),
+        Array::new("segment_strain", 1, Values::F64(chain.strain.clone())),
+        Array::new("yarn", 1, Values::I32(yarn_of)),
+        Array::new("family", 1, Values::I32(family_of)),
+        Array::new("thread", 1, Values::I32(thread_of)),
+    ];
+    grid.cell_data = vec![
+        Array::new("yarn", 1, Values::I32(cell_yarn)),
+        Array::new("family", 1, Values::I32(cell_family)),
+        Array::new("largest_strain", 1, Values::F32(cell_strain)),
+    ];
+    grid
+}
+
+/// All bodies of a frame as triangles, with `body` (number) on cells and `velocity` (m/s, of the material point) on points.
+pub fn bodies(bodies: &[BodyFrame], time: f64) -> Grid {
+    let mut grid = Grid { time, ..Grid::default() };
+    let (mut velocity, mut number) = (Vec::new(), Vec::new());
+    for (index, body) in bodies.iter().enumerate() {
+        let made = surface(&body.solid);
+        let first = (grid.points.len() / 3) as i64;
+        for p in &made.points {
+            let arm = body.turn * *p;
+            grid.points.extend((body.position + arm).to_array());
+            velocity.extend((body.velocity + body.spin.cross(arm)).to_array());
+        }
+        for triangle in &made.triangles {
+            grid.cell(TRIANGLE, triangle.iter().map(|i| first + i64::from(*i)));
+            number.push(index as i32);
+        }
+    }
+    grid.point_data = vec![Array::new("velocity", 3, Values::F64(velocity))];
+    grid.cell_data = vec![Array::new("body", 1, Values::I32(number))];
+    grid
+}
+
+/// A chain domain as a table, a line a node, units in the header.
+pub fn table(chain: &ChainFrame) -> String {
+    let mut text = String::from(
+        "yarn,family,thread,node,x [m],y [m],z [m],vx [m/s],vy [m/s],vz [m/s],half_thickness [m],half_width [m],segment_strain\n",
+    );
+    for (number, yarn) in chain.yarns.iter().enumerate() {
+        let family = match yarn.family {
+            Family::Warp => "warp",
+            Family::Weft => "weft",
+            Family::Strand => "strand",
+        };
+        for i in yarn.nodes.start as usize..yarn.nodes.end as usize {
+            let (x, v) = (chain.position[i], chain.velocity[i]);
+            // Writing into a String never fails.
+            let _ = writeln!(
+                text,
+                "{number},{family},{},{i},{:?},{:?},{:?},{:?},{:?},{:?},{:?},{:?},{:?}",
+                yarn.thread,
+                x.x,
+                x.y,
+                x.z,
+                v.x,
+                v.y,
+                v.z,
+                chain.half_thickness[i],
+                chain.half_width[i],
+                chain.strain[i]
+            );
+        }
+    }
+    text
+}
+
+/// The runs of two nodes or more between a yarn's broken segments.
+pub fn runs(chain: &ChainFrame, yarn: &Range<u32>) -> Vec<Range<usize>> {
+    let from = chain.broken.partition_point(|b| *b < yarn.start);
+    let mut start = yarn.start as usize;
+    let mut found = Vec::new();
+    let cuts = chain.broken[from..].iter().take_while(|b| **b < yarn.end).map(|b| *b as usize + 1);
+    for end in cuts.chain(std::iter::once(yarn.end as usize)) {
+        if end > start + 1 {
+            found.push(start..end);
+        }
+        start = end;
+    }
+    found
+}
+
+/// Strain at a node of a run: the mean over the segments that meet there.
+pub fn node_strain(chain: &ChainFrame, run: &Range<usize>, j: usize) -> f64 {
+    let before = if j > run.start { chain.strain[j - 1] } else { chain.strain[j] };
+    let after = if j + 1 < run.end { chain.strain[j] } else { before };
+    0.5 * (before + after)
+}
+
+fn family(family: Family) -> i32 {
+    match family {
+        Family::Warp => 0,
+        Family::Weft => 1,
+        Family::Strand => 2,
+    }
+}
+
+fn flat(vectors: &[DVec3]) -> Vec<f64> {
+    vectors.iter().flat_map(|v| v.to_array()).collect()
+}

@@ -1,0 +1,256 @@
+//! One run's recorder: an [`Observer`] that writes what the plan's sinks ask for, as it comes.
+
+use std::collections::BTreeMap;
+
+use super::folder::Folder;
+use super::frames;
+use super::ledger::LedgerFile;
+use super::picture::{Scale, Style, draw, round_up};
+use super::probes::{ProbeFile, file_name};
+use super::progress::Bar;
+use super::pvd::Collection;
+use super::summary::{Extras, Summary};
+use crate::backend::{Frame, Ledger, Observer, Outcome, Progress, Start, State, Value};
+use crate::diagnostics::{Diagnostic, Severity};
+use crate::oracle::Totals;
+use crate::physics::Chains;
+use crate::plan::{Format, Plan, Recipe, Sink};
+
+/// The last checkpoint's name in a run's folder.
+pub const CHECKPOINT: &str = "checkpoint.json";
+/// The list of frames, for ParaView.
+pub const FRAMES: &str = "frames.pvd";
+
+/// Writes a run into a folder. After a failure to write it asks the run to stop and keeps the first error.
+pub struct Recorder<'p> {
+    plan: &'p Plan,
+    folder: Folder,
+    quiet: bool,
+    bar: Option<Bar>,
+    nodes: u64,
+    ledger: Option<LedgerFile>,
+    probes: BTreeMap<usize, ProbeFile>,
+    collection: Collection,
+    /// Frames written so far, by sink.
+    counts: BTreeMap<usize, u32>,
+    files: Vec<String>,
+    failed: Option<Diagnostic>,
+}
+
+impl<'p> Recorder<'p> {
+    /// `quiet` hides the progress bar on a terminal too.
+    pub fn new(plan: &'p Plan, folder: Folder, quiet: bool) -> Self {
+        let probes = plan.body.sinks.iter().enumerate().filter_map(|(index, sink)| match sink {
+            Sink::Probe { name, unit, .. } => Some((index, ProbeFile::new(name, unit))),
+            _ => None,
+        });
+        let probes = probes.collect();
+        Self {
+            plan,
+            folder,
+            quiet,
+            bar: None,
+            nodes: 0,
+            ledger: None,
+            probes,
+            collection: Collection::default(),
+            counts: BTreeMap::new(),
+            files: Vec::new(),
+            failed: None,
+        }
+    }
+
+    pub fn folder(&self) -> &Folder {
+        &self.folder
+    }
+
+    /// The first thing that could not be written.
+    pub fn error(&self) -> Option<&Diagnostic> {
+        self.failed.as_ref()
+    }
+
+    /// Ends the recording: flushes, takes the bar away and writes `summary.json`.
+    ///
+    /// `verified` are the oracle's totals where it ran; `chains` give features their yarns' names.
+    /// Errors: what could not be written, first of all.
+    pub fn finish(
+        mut self,
+        outcome: &Outcome,
+        verified: Option<&Totals>,
+        chains: Option<&Chains>,
+    ) -> Result<Summary, Diagnostic> {
+        if let Some(bar) = &self.bar {
+            bar.done();
+        }
+        self.flush();
+        if let Some(error) = self.failed.take() {
+            return Err(error);
+        }
+        let mut files = std::mem::take(&mut self.files);
+        files.extend(self.probes.values().filter(|p| p.was_written()).map(|p| p.file.clone()));
+        files.push(super::summary::FILE.to_owned());
+        let summary = Summary::new(self.plan, outcome, Extras { nodes: self.nodes, files, verified, chains });
+        let text = serde_json::to_string_pretty(&summary).map_err(unserialisable)?;
+        self.folder.write(super::summary::FILE, (text + "\n").as_bytes())?;
+        Ok(summary)
+    }
+
+    /// Keeps the first error; nothing is written after it.
+    fn attempt(&mut self, write: impl FnOnce(&mut Self) -> Result<(), Diagnostic>) {
+        if self.failed.is_none()
+            && let Err(error) = write(self)
+        {
+            self.failed = Some(error);
+        }
+    }
+
+    fn flush(&mut self) {
+        self.attempt(|this| {
+            this.probes.values_mut().try_for_each(ProbeFile::flush)?;
+            this.ledger.as_mut().map_or(Ok(()), LedgerFile::flush)
+        });
+    }
+
+    fn write_frame(&mut self, sink: usize, frame: &Frame, formats: &[Format]) -> Result<(), Diagnostic> {
+        let count = self.counts.entry(sink).or_default();
+        let number = *count;
+        *count += 1;
+        let inner = self.folder.inner("frames")?;
+        // Frames of several sinks never share a name.
+        let sinks = self.plan.body.sinks.iter().take(sink).filter(|s| matches!(s, Sink::Frames { .. })).count();
+        let mark = if sinks == 0 { String::new() } else { format!("_{sinks}") };
+        let mut parts: Vec<(String, Vec<u8>)> = Vec::new();
+        for chain in &frame.chains {
+            let stem = format!("{}{mark}_{number:05}", file_name(&chain.name));
+            if formats.contains(&Format::Vtu) {
+                parts.push((format!("{stem}.vtu"), frames::yarns(chain, frame.time).to_bytes()));
+            }
+            if formats.contains(&Format::Csv) {
+                inner.write(&format!("{stem}.csv"), frames::table(chain).as_bytes())?;
+                self.files.push(format!("frames/{stem}.csv"));
+            }
+        }
+        if !frame.bodies.is_empty() && formats.contains(&Format::Vtu) {
+            let bytes = frames::bodies(&frame.bodies, frame.time).to_bytes();
+            parts.push((format!("bodies{mark}_{number:05}.vtu"), bytes));
+        }
+        let some = !parts.is_empty();
+        for (part, (name, bytes)) in parts.into_iter().enumerate() {
+            inner.write(&name, &bytes)?;
+            let file = format!("frames/{name}");
+            let label = name.split(&format!("{mark}_{number:05}")).next().unwrap_or_default();
+            self.collection.add(frame.time, part as u32, label, &file);
+            self.files.push(file);
+        }
+        if some {
+            self.collection.write(&self.folder, FRAMES)?;
+        }
+        Ok(())
+    }
+
+    fn write_picture(&mut self, sink: usize, frame: &Frame) -> Result<(), Diagnostic> {
+        let Sink::Picture { name, view, .. } = &self.plan.body.sinks[sink] else { return Ok(()) };
+        let count = self.counts.entry(sink).or_default();
+        let file = format!("{}_{:03}.png", file_name(name), *count);
+        *count += 1;
+        let image = draw(frame, *view, &style(self.plan));
+        self.folder.inner("pictures")?.write(&file, &image.to_png()?)?;
+        self.files.push(format!("pictures/{file}"));
+        Ok(())
+    }
+}
+
+/// The scale runs to just over the strain at which the yarns break, the same in every picture of a run.
+fn style(plan: &Plan) -> Style {
+    let laws = plan.body.domains.iter().flat_map(|domain| match &domain.recipe {
+        Recipe::Weave { laws, .. } | Recipe::Tiled { laws, .. } => laws.as_slice(),
+        Recipe::Strand { law, .. } => std::slice::from_ref(law),
+        Recipe::Bodies(_) => &[],
+    });
+    let strains = laws.filter_map(|law| law.breaks.as_ref()).map(|law| law.strain);
+    let breaks_at = strains.fold(None, |least: Option<f64>, s| Some(least.map_or(s, |l| l.min(s))));
+    let scale = breaks_at.filter(|s| *s > 0.0).map(|s| Scale { low: 0.0, high: round_up(s) });
+    let case = plan.body.case.as_deref().map_or_else(String::new, |case| format!(", {case}"));
+    Style { title: format!("{}{case}", plan.body.title), scale, breaks_at, ..Style::default() }
+}
+
+fn unserialisable(error: serde_json::Error) -> Diagnostic {
+    Diagnostic::placeless("E0953", Severity::Error, format!("a result could not be put into text: {error}"))
+}
+
+/// Reads the checkpoint of a run's folder.
+///
+/// Errors: E0954 where there is none, or it is not one of ours.
+pub fn read_checkpoint(folder: &Folder) -> Result<State, Diagnostic> {
+    let path = folder.path(CHECKPOINT);
+    let wrong = |why: String| {
+        let message = format!("no run can be resumed from `{}`: {why}", path.display());
+        Diagnostic::placeless("E0954", Severity::Error, message)
+    };
+    let bytes = std::fs::read(&path).map_err(|error| wrong(error.to_string()))?;
+    serde_json::from_slice(&bytes).map_err(|error| wrong(error.to_string()))
+}
+
+impl Observer for Recorder<'_> {
+    fn started(&mut self, start: &Start) {
+        self.nodes = start.nodes;
+        self.bar = Some(Bar::new(start, self.quiet));
+        self.attempt(|this| {
+            this.ledger = Some(LedgerFile::new(&this.folder)?);
+            this.files.push(super::ledger::FILE.to_owned());
+            if this
+                .plan
+                .body
+                .sinks
+                .iter()
+                .any(|sink| matches!(sink, Sink::Frames { formats, .. } if formats.contains(&Format::Vtu)))
+            {
+                this.files.push(FRAMES.to_owned());
+            }
+            Ok(())
+        });
+    }
+
+    fn progress(&mut self, progress: Progress) {
+        if let Some(bar) = &self.bar {
+            bar.show(&progress);
+        }
+        self.flush();
+    }
+
+    fn frame(&mut self, sink: usize, frame: &Frame) {
+        let plan = self.plan;
+        match plan.body.sinks.get(sink) {
+            Some(Sink::Frames { formats, .. }) => self.attempt(|this| this.write_frame(sink, frame, formats)),
+            Some(Sink::Picture { .. }) => self.attempt(|this| this.write_picture(sink, frame)),
+            _ => {}
+        }
+        self.flush();
+    }
+
+    fn probe_row(&mut self, sink: usize, time: f64, value: Value) {
+        self.attempt(|this| match this.probes.get_mut(&sink) {
+            Some(probe) => probe.add(&this.folder, time, value),
+            None => Ok(()),
+        });
+    }
+
+    fn ledger_row(&mut self, time: f64, step: u64, ledger: &Ledger) {
+        self.attempt(|this| this.ledger.as_mut().map_or(Ok(()), |file| file.add(time, step, ledger)));
+    }
+
+    fn checkpoint(&mut self, state: &State) {
+        self.attempt(|this| {
+            let bytes = serde_json::to_vec(state).map_err(unserialisable)?;
+            this.folder.write(CHECKPOINT, &bytes)?;
+            if !this.files.iter().any(|file| file == CHECKPOINT) {
+                this.files.push(CHECKPOINT.to_owned());
+            }
+            Ok(())
+        });
+    }
+
+    fn stop(&self) -> bool {
+        self.failed.is_some()
+    }
+}

@@ -1,0 +1,288 @@
+//! `summary.json`: what came of a run, for machines and for `ripstop report`, with a schema version.
+
+use serde::{Deserialize, Serialize};
+
+use crate::backend::Outcome;
+use crate::oracle::{Feature, Totals};
+use crate::physics::Chains;
+use crate::plan::{OriginId, Plan};
+
+/// The version of [`Summary`]'s shape.
+pub const SCHEMA: u32 = 1;
+
+/// The summary's name in a run's folder.
+pub const FILE: &str = "summary.json";
+
+/// One run. SI units throughout; names say them where they are not plain.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    pub schema: u32,
+    pub title: String,
+    pub case: Option<String>,
+    pub plan_hash: String,
+    /// s, of this sitting.
+    pub wall_seconds: f64,
+    /// Seconds by group of passes.
+    pub wall_by_group: Vec<(String, f64)>,
+    /// s, reached.
+    pub time: f64,
+    pub steps: u64,
+    /// s.
+    pub step: f64,
+    /// What set the step: the part and its line; empty where the scene said it.
+    pub step_set_by: String,
+    pub nodes: u64,
+    pub node_steps: u64,
+    pub node_steps_per_second: f64,
+    pub energy: Energy,
+    pub contact: Contact,
+    pub penetration: Penetration,
+    pub largest_strain: f64,
+    pub broken: Vec<BrokenPart>,
+    pub bodies: Vec<BodyAtEnd>,
+    /// `not estimated`, unless an estimate was earned.
+    pub error_estimate: String,
+    pub checks: Vec<Check>,
+    pub halt: Option<Halted>,
+    /// Relative to the run's folder, in the order in which they were first written.
+    pub files: Vec<String>,
+}
+
+/// J; closure is a ratio.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Energy {
+    pub closure: f64,
+    pub residual: f64,
+    pub exchanged: f64,
+    pub initial: f64,
+    pub kinetic: f64,
+    pub stored: f64,
+    pub dissipated: f64,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Contact {
+    /// Sums over steps.
+    pub contacts: u64,
+    pub candidates: u64,
+    pub sweeps: u64,
+    pub rebuilds: u64,
+    /// Largest overlap that contact itself left after a step, m.
+    pub deepest_left: f64,
+    /// Part of the wall time (1).
+    pub time_share: f64,
+}
+
+/// What the oracle found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "by_oracle", rename_all = "snake_case")]
+pub enum Penetration {
+    NotChecked,
+    Checked {
+        steps: u64,
+        /// Centrelines that met or entered a body.
+        crossings: u64,
+        first_crossing: Option<String>,
+        /// m; 0 where no sections overlapped.
+        largest_overlap: f64,
+        /// Between what, and when.
+        where_largest: Option<String>,
+        /// Most pairs over the tolerance at any compared step.
+        overlaps: u64,
+        compared_steps: u64,
+    },
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BrokenPart {
+    pub part: String,
+    pub yarns: u64,
+    pub segments: u64,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BodyAtEnd {
+    pub name: String,
+    /// m/s.
+    pub speed_at_start: f64,
+    /// m/s.
+    pub speed: f64,
+    pub velocity: [f64; 3],
+    pub position: [f64; 3],
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Check {
+    pub message: String,
+    pub passed: bool,
+    /// None where it is not a finite number.
+    pub observed: Option<f64>,
+    /// `scene.weave:12:3`
+    pub place: String,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Halted {
+    pub reason: String,
+    pub message: String,
+    pub place: Option<String>,
+    pub time: f64,
+    pub step: u64,
+}
+
+/// What the summary needs beside the plan and the outcome.
+#[derive(Clone, Debug, Default)]
+pub struct Extras<'a> {
+    pub nodes: u64,
+    pub files: Vec<String>,
+    /// The oracle's totals where it ran.
+    pub verified: Option<&'a Totals>,
+    /// For the names of yarns; without it features are named by number.
+    pub chains: Option<&'a Chains>,
+}
+
+impl Summary {
+    pub fn new(plan: &Plan, outcome: &Outcome, extras: Extras<'_>) -> Self {
+        let total = outcome.ledger.total();
+        let wall = outcome.wall.total;
+        let group = |name: &str| outcome.wall.groups.iter().filter(|(g, _)| *g == name).map(|(_, s)| s).sum::<f64>();
+        let rate = if wall > 0.0 { outcome.node_steps as f64 / wall } else { 0.0 };
+        Self {
+            schema: SCHEMA,
+            title: plan.body.title.clone(),
+            case: plan.body.case.clone(),
+            plan_hash: plan.hash.clone(),
+            wall_seconds: wall,
+            wall_by_group: outcome.wall.groups.iter().map(|(name, s)| ((*name).to_owned(), *s)).collect(),
+            time: outcome.time,
+            steps: outcome.steps,
+            step: outcome.step,
+            step_set_by: step_set_by(plan, outcome.step),
+            nodes: extras.nodes,
+            node_steps: outcome.node_steps,
+            node_steps_per_second: rate,
+            energy: Energy {
+                closure: outcome.ledger.closure(),
+                residual: total.residual(),
+                exchanged: outcome.ledger.exchanged(),
+                initial: total.initial,
+                kinetic: total.kinetic,
+                stored: total.stored,
+                dissipated: total.dissipated(),
+            },
+            contact: Contact {
+                contacts: outcome.contact.contacts,
+                candidates: outcome.contact.candidates,
+                sweeps: outcome.contact.sweeps,
+                rebuilds: outcome.contact.rebuilds,
+                deepest_left: outcome.contact.deepest,
+                time_share: if wall > 0.0 { group("contact") / wall } else { 0.0 },
+            },
+            penetration: penetration(plan, &extras),
+            largest_strain: outcome.largest_strain,
+            broken: outcome
+                .broken
+                .iter()
+                .map(|b| BrokenPart { part: b.part.clone(), yarns: b.yarns, segments: b.segments })
+                .collect(),
+            bodies: outcome.bodies.iter().map(|body| at_end(plan, body)).collect(),
+            error_estimate: "not estimated".to_owned(),
+            checks: outcome
+                .checks
+                .iter()
+                .map(|check| Check {
+                    message: check.message.clone(),
+                    passed: check.passed,
+                    observed: check.observed.is_finite().then_some(check.observed),
+                    place: place(plan, check.origin),
+                })
+                .collect(),
+            halt: outcome.halt.as_ref().map(|halt| Halted {
+                reason: format!("{:?}", halt.reason),
+                message: halt.message.clone(),
+                place: halt.origin.map(|origin| place(plan, origin)),
+                time: halt.time,
+                step: halt.step,
+            }),
+            files: extras.files,
+        }
+    }
+
+    /// Whether the run went to its end and every `expect` holds.
+    pub fn passed(&self) -> bool {
+        self.halt.is_none() && self.checks.iter().all(|check| check.passed)
+    }
+}
+
+fn place(plan: &Plan, origin: OriginId) -> String {
+    plan.origins.get(origin.0 as usize).map_or_else(String::new, |record| record.place.clone())
+}
+
+/// The part whose bound the step is nearest under, with its line.
+fn step_set_by(plan: &Plan, step: f64) -> String {
+    let tightest = plan.advice.bounds.iter().filter(|b| b.step.is_finite()).min_by(|a, b| a.step.total_cmp(&b.step));
+    match tightest {
+        // A written step may be far below the bound: then the scene set it.
+        Some(bound) if step > 0.5 * bound.step => {
+            let line = place(plan, bound.origin);
+            if line.is_empty() { bound.part.clone() } else { format!("{} ({line})", bound.part) }
+        }
+        _ => "the scene".to_owned(),
+    }
+}
+
+fn at_end(plan: &Plan, body: &crate::backend::BodyEnd) -> BodyAtEnd {
+    let recipes = plan.body.domains.iter().filter_map(|domain| match &domain.recipe {
+        crate::plan::Recipe::Bodies(recipes) => Some(recipes),
+        _ => None,
+    });
+    let first = recipes.flatten().find(|recipe| recipe.name == body.name);
+    BodyAtEnd {
+        name: body.name.clone(),
+        speed_at_start: first.map_or(0.0, |recipe| glam::DVec3::from_array(recipe.velocity).length()),
+        speed: body.velocity.length(),
+        velocity: body.velocity.to_array(),
+        position: body.position.to_array(),
+    }
+}
+
+fn penetration(plan: &Plan, extras: &Extras<'_>) -> Penetration {
+    let Some(totals) = extras.verified else { return Penetration::NotChecked };
+    let pair = |features: [Feature; 2], time: f64| {
+        let [a, b] = features.map(|feature| name(plan, extras.chains, feature));
+        format!("{a} and {b} at {}", super::progress::seconds(time))
+    };
+    Penetration::Checked {
+        steps: totals.steps,
+        crossings: totals.crossings,
+        first_crossing: totals.first_crossing.map(|c| pair(c.between, c.time)),
+        largest_overlap: totals.deepest.map_or(0.0, |d| d.depth),
+        where_largest: totals.deepest.map(|d| pair(d.between, d.time)),
+        overlaps: totals.most_overlaps,
+        compared_steps: totals.compared,
+    }
+}
+
+/// A feature as a person knows it.
+fn name(plan: &Plan, chains: Option<&Chains>, feature: Feature) -> String {
+    match feature {
+        Feature::Segment(segment) => {
+            let yarn = chains.map(|c| c.yarns.partition_point(|yarn| yarn.nodes.end <= segment.0));
+            match (chains, yarn) {
+                (Some(c), Some(yarn)) if yarn < c.yarns.len() => {
+                    let part = plan.body.domains.get(c.yarns[yarn].domain.0 as usize);
+                    let part = part.map_or("", |domain| domain.name.as_str());
+                    format!("yarn {yarn} of {part}, segment {}", segment.0 - c.yarns[yarn].nodes.start)
+                }
+                _ => format!("segment {}", segment.0),
+            }
+        }
+        Feature::Body(body) => {
+            let recipes = plan.body.domains.iter().filter_map(|domain| match &domain.recipe {
+                crate::plan::Recipe::Bodies(recipes) => recipes.get(body.0 as usize),
+                _ => None,
+            });
+            recipes.map(|recipe| recipe.name.clone()).next().unwrap_or_else(|| format!("body {}", body.0))
+        }
+    }
+}
