@@ -1,10 +1,13 @@
 //! The command line: one file a command. Commands only join rooms; what they show comes from the rooms.
 
 mod check;
+mod execute;
 mod fmt;
 mod front;
 mod new;
 mod plan;
+mod run;
+mod test;
 
 use std::process::ExitCode;
 
@@ -24,6 +27,10 @@ enum Command {
     Check(check::Arguments),
     /// Show what would run, in what order, and what is left out and why.
     Plan(plan::Arguments),
+    /// Run a scene: every case, with its results in a folder and a table at the end.
+    Run(run::Arguments),
+    /// Run scenes at their quick sizes and judge their expectations.
+    Test(test::Arguments),
     /// Format scene files in place.
     Fmt(fmt::Arguments),
     /// Write a first scene to start from.
@@ -54,6 +61,8 @@ pub fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
         Command::Check(arguments) => check::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Test(arguments) => test::run(&arguments),
         Command::Fmt(arguments) => fmt::run(&arguments),
         Command::New(arguments) => new::run(&arguments),
     };

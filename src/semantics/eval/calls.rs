@@ -1,12 +1,12 @@
 //! Calls of functions, lambdas, kinds and table columns.
 
 use super::builtins;
-use super::{Env, World, evaluate, evaluate_as, evaluate_expecting, nearest, table};
+use super::{Env, World, evaluate, evaluate_as, evaluate_expecting, names, nearest, table};
 use crate::diagnostics::{Diagnostic, Span};
 use crate::scene::Origin;
 use crate::semantics::types::{Place, Type, coerce, describe_value, resolve};
 use crate::semantics::value::{Closure, Function, Value};
-use crate::syntax::tree::{Argument, Expr, Parameter};
+use crate::syntax::tree::{Argument, Expr, ExprNode, Parameter};
 
 /// Evaluated arguments with the places where they are written.
 #[derive(Debug, Default)]
@@ -22,15 +22,28 @@ impl Arguments {
     }
 }
 
-pub(super) fn call(world: &mut dyn World, env: &Env, function: &Expr, arguments: &[Argument], span: Span) -> Value {
+pub(super) fn call(
+    world: &mut dyn World,
+    env: &Env,
+    function: &Expr,
+    arguments: &[Argument],
+    span: Span,
+    expected: Option<&Type>,
+) -> Value {
+    // `shape = disc(…)` means the shape, whatever else is called `disc`.
+    if let ExprNode::Name(name) = &function.node
+        && expected.is_some_and(|ty| names::is_variant(world, name, ty))
+    {
+        return world.construct(name, arguments, env, span);
+    }
     match evaluate(world, env, function) {
         Value::Function(Function::Kind(kind)) => world.construct(&kind, arguments, env, span),
         Value::Function(Function::Closure(closure)) => {
-            let arguments = evaluated(world, env, arguments, &closure.params, closure.scope);
+            let arguments = evaluated(world, env, arguments, &closure.params);
             enter(world, &closure, arguments, span)
         }
         Value::Function(function) => {
-            let arguments = evaluated(world, env, arguments, &[], env.scope);
+            let arguments = evaluated(world, env, arguments, &[]);
             invoke(world, &function, arguments, span)
         }
         Value::Poison => Value::Poison,
@@ -64,13 +77,7 @@ fn invoke(world: &mut dyn World, function: &Function, arguments: Arguments, span
 }
 
 /// Arguments in the order written; where a parameter's type is known its names are looked up first.
-fn evaluated(
-    world: &mut dyn World,
-    env: &Env,
-    arguments: &[Argument],
-    params: &[Parameter],
-    _scope: crate::semantics::value::ScopeId,
-) -> Arguments {
+fn evaluated(world: &mut dyn World, env: &Env, arguments: &[Argument], params: &[Parameter]) -> Arguments {
     let mut out = Arguments::default();
     for (position, argument) in arguments.iter().enumerate() {
         let param = match &argument.name {

@@ -194,7 +194,7 @@ fn node(world: &mut dyn World, env: &Env, expr: &Expr, expected: Option<&Type>) 
             let position = evaluate(world, env, at);
             index(world, &of, &position, at.span)
         }
-        ExprNode::Call { function, arguments } => calls::call(world, env, function, arguments, span),
+        ExprNode::Call { function, arguments } => calls::call(world, env, function, arguments, span, expected),
         ExprNode::List { elements, unit } => lists::list(world, env, elements, unit.as_ref(), span, expected),
         ExprNode::Record(items) => record(world, env, items, expected),
         ExprNode::Copy { base, changes } => copy(world, env, base, changes, span, expected),

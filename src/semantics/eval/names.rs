@@ -27,7 +27,6 @@ pub(super) fn name(world: &mut dyn World, env: &Env, name: &str, span: Span, exp
 
 /// An enumerator, or a variant without arguments, of the wanted type.
 fn choice(world: &mut dyn World, env: &Env, name: &str, span: Span, expected: &Type) -> Option<Value> {
-    let mut variant = false;
     for ty in expected.alternatives() {
         match ty {
             Type::Enumeration(set) => {
@@ -39,11 +38,18 @@ fn choice(world: &mut dyn World, env: &Env, name: &str, span: Span, expected: &T
             Type::Rotation if name == "none" => {
                 return Some(Value::Symbol { set: "Rotation".into(), name: name.into() });
             }
-            Type::Kind(kind) => variant |= name != &**kind && world.is_kind(name) && world.descends(name, kind),
             _ => {}
         }
     }
-    variant.then(|| world.construct(name, &[], env, span))
+    is_variant(world, name, expected).then(|| world.construct(name, &[], env, span))
+}
+
+/// Whether a name is a kind that descends from one that is wanted.
+pub(super) fn is_variant(world: &dyn World, name: &str, expected: &Type) -> bool {
+    expected.alternatives().iter().any(|ty| match ty {
+        Type::Kind(kind) => name != &**kind && world.is_kind(name) && world.descends(name, kind),
+        _ => false,
+    })
 }
 
 fn built_in(world: &dyn World, name: &str) -> Option<Value> {

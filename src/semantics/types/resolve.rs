@@ -8,7 +8,7 @@ use crate::semantics::value::QuantityId;
 use crate::syntax::tree::{Name, Type as Written, TypeNode};
 
 /// Types that the language has by itself, without arguments.
-const PLAIN: [(&str, Type); 16] = [
+const PLAIN: [(&str, Type); 18] = [
     ("Any", Type::Any),
     ("Value", Type::Any),
     ("Thread", Type::Any),
@@ -20,6 +20,8 @@ const PLAIN: [(&str, Type); 16] = [
     ("Item", Type::Part),
     ("Selection", Type::Selection),
     ("Edge", Type::Selection),
+    ("Edges", Type::Selection),
+    ("Param", Type::Any),
     ("Point", Type::Point),
     ("Rotation", Type::Rotation),
     ("State", Type::State),
@@ -54,7 +56,7 @@ fn named(world: &mut dyn World, ty: &Written, name: &Name, arguments: &[Written]
         "Vec3" => of(world, Type::Ratio).map(Type::Vec3),
         "Both" if !arguments.is_empty() => of(world, Type::Any).map(Type::Both),
         "Readable" if arguments.is_empty() => {
-            Some(Type::Either(vec![Type::Part, Type::Selection, Type::Signal(Box::new(Type::Any))]))
+            Some(Type::Either(vec![Type::Selection, Type::Signal(Box::new(Type::Any))]))
         }
         _ if arguments.is_empty() => return plain(world, name),
         _ => None,

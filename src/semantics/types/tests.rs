@@ -165,6 +165,7 @@ fn choices_and_variants_are_looked_up_before_names() {
     bench.define("let full = 3 mm\n");
     assert!(matches!(bench.field_fine("Topology", "full"), Value::Symbol { name, .. } if &*name == "full"));
     assert!(matches!(bench.field_fine("Length", "full"), Value::Number(_)));
+    bench.define("let sphere = 4 mm\n");
     assert!(matches!(bench.field_fine("Shape", "point"), Value::Object(object) if &*object.kind == "point"));
     assert!(matches!(bench.field_fine("Shape", "sphere(radius = 3 mm)"), Value::Object(_)));
     assert!(matches!(bench.field_fine("BreakLaw?", "strain(5 %)"), Value::Object(_)));
