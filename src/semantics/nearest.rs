@@ -2,6 +2,8 @@
 
 /// Longer names are not compared: no person misspells one, and a hostile file must not cost quadratic time.
 const LONGEST: usize = 64;
+/// Of more candidates only the first are compared.
+const MOST: usize = 5000;
 
 /// The candidate nearest to a misspelt name, if one is near enough to be meant: equal but for case, or at most one slip
 /// (a letter wrong, missing, extra, or two swapped) for every three letters.
@@ -12,7 +14,7 @@ pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     }
     let allowed = letters.len() / 3 + usize::from(letters.len() == 2);
     let mut best: Option<(usize, usize, &str)> = None;
-    for candidate in candidates.into_iter().filter(|candidate| *candidate != name) {
+    for candidate in candidates.into_iter().take(MOST).filter(|candidate| *candidate != name) {
         let other: Vec<char> = candidate.chars().take(LONGEST + 1).collect();
         let same_but_for_case = candidate.to_lowercase() == name.to_lowercase();
         if !same_but_for_case && other.len().abs_diff(letters.len()) > allowed {

@@ -120,3 +120,22 @@ fn declarations_may_stand_in_any_order_and_circles_are_named() {
         ["E0204"]
     );
 }
+
+/// Prints what the files named in SCENES give.
+#[test]
+#[ignore = "a tool: SCENES=\"a.weave b.weave\" cargo test … -- --ignored --nocapture scenes_named"]
+fn scenes_named() {
+    for path in std::env::var("SCENES").unwrap_or_default().split_whitespace() {
+        let mut sources = library_sources();
+        let file = sources.add(path, std::fs::read_to_string(path).unwrap());
+        let mut diagnostics = Vec::new();
+        let start = std::time::Instant::now();
+        let program = check(&mut sources, file, &Options::default(), &mut diagnostics);
+        println!("== {path}: {} in {:?}", if program.is_some() { "checks" } else { "refused" }, start.elapsed());
+        for d in &diagnostics {
+            println!("{}", listed(&sources, std::slice::from_ref(d)).trim_end());
+            d.labels.iter().for_each(|l| println!("     {}: {} [{}]", sources.place(l.span), l.text, sources.text(l.span)));
+            d.notes.iter().for_each(|note| println!("     note: {note}"));
+        }
+    }
+}

@@ -32,7 +32,7 @@ const PLACED: [&str; 14] = [
 ];
 
 /// Kinds that speak of the file and its cases, not of one scene.
-const ABOUT_FILE: [&str; 3] = ["study", "calibrate", "design"];
+pub const ABOUT_FILE: [&str; 3] = ["study", "calibrate", "design"];
 
 /// Whether a block of this kind is an item of the scene.
 pub fn is_placed(kind: &Kind) -> bool {
@@ -375,7 +375,8 @@ impl<'t> Elaborator<'t> {
         scope: ScopeId,
         changes: Vec<Assignment<'t>>,
     ) -> Option<InstanceId> {
-        let (env, stage, span, kind) = (Env::new(scope), self.stage, placing.span, &placing.kind);
+        let (stage, span, kind) = (self.stage, placing.span, &placing.kind);
+        let env = Env::new(self.with_measures(placing, scope));
         let expr = match &placing.block.body {
             BlockBody::Items(items) => {
                 let mut assigned = self.body_fields(items, &env, &kind.name);
@@ -395,6 +396,27 @@ impl<'t> Elaborator<'t> {
         };
         let kind = self.kinds.get(&base.kind).cloned().unwrap_or_else(|| kind.clone());
         Some(self.make_instance(kind, name, span, changes, Some(base), stage))
+    }
+
+    /// A study's other fields may name what it measures (`fit = lambert_jonas(y = residual)`).
+    fn with_measures(&mut self, placing: &Placing<'t>, scope: ScopeId) -> ScopeId {
+        let BlockBody::Items(items) = &placing.block.body else { return scope };
+        let measures = items.iter().find_map(|item| match &item.node {
+            ItemNode::Field { path, value: tree::Expr { node: tree::ExprNode::Record(measures), .. } }
+                if path.head.text == "measure" =>
+            {
+                Some(measures)
+            }
+            _ => None,
+        });
+        let Some(measures) = measures.filter(|_| placing.kind.is("study")) else { return scope };
+        let inner = self.inner_scope(scope);
+        for measure in measures {
+            if let ItemNode::Field { path, .. } = &measure.node {
+                self.bind(inner, &path.head, Value::Poison);
+            }
+        }
+        inner
     }
 
     /// The fields that a block writes; anything else in it is reported.

@@ -13,7 +13,7 @@ use super::{Elaborator, InstanceId, Node, StageId};
 
 /// Pieces of a piece: what may follow `edges`, `ends`, …
 const PIECES: [(&str, &[&str]); 7] = [
-    ("edges", &["left", "right", "top", "bottom", "outer", "inner", "skirt", "vent", "tips"]),
+    ("edges", &["left", "right", "top", "bottom", "outer", "inner", "skirt", "vent", "tips", "quartic"]),
     ("ends", &["tips"]),
     ("picks", &["tips"]),
     ("skirt", &["rings"]),
@@ -49,8 +49,8 @@ impl<'t> Elaborator<'t> {
                 self.component_member(id, name, span)
             }
             Value::Module(module) => {
-                let scope = self.module_scope(module)?;
-                let decl = self.scope(scope).names.get(name).copied()?;
+                let scopes = self.module_scopes(module);
+                let decl = scopes.into_iter().find_map(|scope| self.scope(scope).names.get(name).copied())?;
                 Some(self.value_of(decl, span))
             }
             Value::Case { case, .. } => self.case_member(*case, name, span),
@@ -59,8 +59,13 @@ impl<'t> Elaborator<'t> {
         }
     }
 
-    fn module_scope(&self, module: &str) -> Option<ScopeId> {
-        self.modules.get(module).or_else(|| self.closed.get(module)).copied()
+    /// The scopes of a module: `std.cords` adds to `cords`.
+    fn module_scopes(&self, module: &str) -> Vec<ScopeId> {
+        let (std, name) = match module.strip_prefix("std.") {
+            Some(name) => (self.closed.get(name), name),
+            None => (None, module),
+        };
+        std.into_iter().chain(self.modules.get(name)).copied().collect()
     }
 
     /// Names that [`Self::member_of`] knows, for suggestions.
@@ -78,7 +83,9 @@ impl<'t> Elaborator<'t> {
             }
             Value::Object(object) => kind_fields(&object.kind),
             Value::Template(template) => kind_fields(&template.kind),
-            Value::Module(module) => self.module_scope(module).map_or_else(Vec::new, |scope| self.declared_here(scope)),
+            Value::Module(module) => {
+                self.module_scopes(module).into_iter().flat_map(|scope| self.declared_here(scope)).collect()
+            }
             Value::Case { case, .. } => {
                 self.stages.get(case.0 as usize).map_or_else(Vec::new, |stage| self.declared_here(stage.scope))
             }
@@ -121,6 +128,10 @@ impl<'t> Elaborator<'t> {
 
     /// What an item shows while running.
     fn output(&mut self, item: &ItemRef, field: &Field, span: Span) -> Value {
+        // What a study or calibration finds is known once it can run.
+        if super::expand::ABOUT_FILE.iter().any(|kind| self.kinds.descends(&item.kind, kind)) {
+            return Value::Poison;
+        }
         let Some((dimension, form)) = self.output_shape(&field.ty) else {
             return match place_like(&field.ty) {
                 true => selection(item, &field.name, span),
@@ -164,7 +175,7 @@ impl<'t> Elaborator<'t> {
         if !pieces_of(of).contains(&name) {
             return self.piece_of_items(of, name, span);
         }
-        if matches!(name, "x" | "y" | "z") {
+        if matches!(name, "x" | "y" | "z" | "quartic") {
             return Some(self.coordinates(of, name, span));
         }
         Some(longer(of, name, span))
@@ -187,13 +198,16 @@ impl<'t> Elaborator<'t> {
 
     /// Coordinates of nodes while running.
     fn coordinates(&mut self, of: &Rc<Selection>, name: &str, span: Span) -> Value {
-        let length = self.units.quantity("Length").map_or(Dimension::NONE, |id| self.units.dimension_of(id));
         let [term] = of.terms.as_slice() else { return Value::Poison };
+        let length = self.units.quantity("Length").map_or(Dimension::NONE, |id| self.units.dimension_of(id));
         let instance = self.stage.and_then(|stage| self.stage_of(stage).items.get(term.item.0 as usize).copied());
         let kind = instance.map(|id| self.instance(id).kind.clone());
         if kind.is_some_and(|kind| self.kinds.reserved(&kind).is_none()) {
             let message = format!("reading `.{name}` of single nodes is not available yet");
             self.tell(Diagnostic::error("E0416", message, span, "read an output of the part instead"));
+            return Value::Poison;
+        }
+        if name == "quartic" {
             return Value::Poison;
         }
         let steps = term.path.iter().filter_map(|step| match step {

@@ -28,8 +28,9 @@ impl World for Elaborator<'_> {
         if let Some(value) = self.own_member(name, scope, span) {
             return Some(value);
         }
-        if self.find_module(name, scope).is_some() {
-            return Some(Value::Module(name.into()));
+        if let Some(module) = self.find_module(name, scope) {
+            let path = if self.closed.get(name) == Some(&module) { format!("std.{name}") } else { name.to_owned() };
+            return Some(Value::Module(path.into()));
         }
         if self.kinds.get(name).is_some() {
             return Some(Value::Function(Function::Kind(name.into())));
@@ -41,7 +42,10 @@ impl World for Elaborator<'_> {
             return Some(Value::Poison);
         }
         // Only a study knows it, and none runs yet.
-        (name == "wall_time").then_some(Value::Poison)
+        if name == "wall_time" {
+            return Some(Value::Poison);
+        }
+        self.lone_enumerator(name)
     }
 
     fn names(&self, scope: ScopeId) -> Vec<String> {
@@ -133,6 +137,15 @@ impl World for Elaborator<'_> {
 }
 
 impl Elaborator<'_> {
+    /// An enumerator where no type asks for one (`vary = { fall.backend = [cpu, gpu] }`), if only one enumeration has it.
+    fn lone_enumerator(&self, name: &str) -> Option<Value> {
+        let mut sets = self.kinds.enumerations.iter().filter(|(_, e)| e.values.iter().any(|value| **value == *name));
+        match (sets.next(), sets.next()) {
+            (Some((set, _)), None) => Some(Value::Symbol { set: set.clone(), name: name.into() }),
+            _ => None,
+        }
+    }
+
     /// A bare name inside a component that is a member of what the component is: `confluence`.
     fn own_member(&mut self, name: &str, scope: ScopeId, span: Span) -> Option<Value> {
         for owner in self.owners(scope) {

@@ -1,7 +1,7 @@
 //! Calls of functions, lambdas, kinds and table columns.
 
 use super::builtins;
-use super::{Env, World, evaluate, evaluate_as, evaluate_expecting, names, nearest, table};
+use super::{Env, World, arithmetic, evaluate, evaluate_as, evaluate_expecting, names, nearest, table};
 use crate::diagnostics::{Diagnostic, Span};
 use crate::scene::Origin;
 use crate::semantics::types::{Place, Type, coerce, describe_value, resolve};
@@ -106,7 +106,10 @@ fn enter(world: &mut dyn World, closure: &Closure, arguments: Arguments, span: S
         let ty = param.ty.as_ref().map_or(Type::Any, |ty| resolve(world, ty));
         let origin = |span| Origin { span, how: crate::scene::How::Written };
         let value = match (given, &param.default) {
-            (Some((value, at)), _) => coerce(world, value, &ty, &Place { name: &param.name.text, origin: origin(at) }),
+            (Some((value, at)), _) => {
+                let ty = lifting(ty, &value);
+                coerce(world, value, &ty, &Place { name: &param.name.text, origin: origin(at) })
+            }
             (None, Some(default)) => {
                 let place = Place { name: &param.name.text, origin: origin(default.span) };
                 evaluate_as(world, &env, default, &ty, &place)
@@ -122,7 +125,18 @@ fn enter(world: &mut dyn World, closure: &Closure, arguments: Arguments, span: S
     let ty = resolve(world, result);
     let name = closure.name.as_deref().unwrap_or("this function");
     let origin = Origin { span: closure.body.span, how: world.how(closure.body.span) };
-    evaluate_as(world, &env, &closure.body, &ty, &Place { name: &format!("the result of {name}"), origin })
+    let value = evaluate_expecting(world, &env, &closure.body, Some(&ty));
+    let ty = lifting(ty, &value);
+    coerce(world, value, &ty, &Place { name: &format!("the result of {name}"), origin })
+}
+
+/// Functions lift like operators: where a value comes that is known only while running, a signal of the type is meant.
+fn lifting(ty: Type, value: &Value) -> Type {
+    if arithmetic::live(value) && !matches!(ty, Type::Any | Type::Signal(_) | Type::List { .. }) {
+        Type::Signal(Box::new(ty))
+    } else {
+        ty
+    }
 }
 
 type Bound = Vec<Option<(Value, Span)>>;

@@ -247,6 +247,9 @@ fn functions_lambdas_and_their_mistakes() {
     assert_eq!(bench.number("scaled(factor = 3, x = 3 mm)").0, 0.009000000000000001);
     assert_eq!(bench.number("add_two(3)").0, 5.0);
     assert_eq!(bench.number("(x -> x ^ 2)(3 m)").1, "m^2");
+    let lifted = signal(bench.fine("scaled(t * 1 m/s)"));
+    assert_eq!(lifted.dimension, bench.dimension("Length"));
+    says(bench.problem("scaled(t)"), "E0602", &["`x` is a length"]);
     says(bench.problem("stretch_energy(800 N/m, 0.1)"), "E0308", &["`e` is a strain"]);
     says(bench.problem("stretch_energy(800 Pa, 1 %)"), "E0312", &["`k` is a tension"]);
     says(bench.problem("scaled(1 mm, 2, 3)"), "E0332", &["`scaled` takes 2 arguments; 3 are given"]);

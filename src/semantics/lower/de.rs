@@ -7,7 +7,7 @@ use serde::Deserializer;
 use serde::de::{self, DeserializeSeed, EnumAccess, IntoDeserializer, MapAccess, SeqAccess, VariantAccess, Visitor};
 
 use crate::diagnostics::Span;
-use crate::scene::Origin;
+use crate::scene::{Origin, Selection, SelectionTerm};
 use crate::semantics::kinds::{Kind, Kinds};
 use crate::semantics::value::{Object, Quantity, Slot, Value};
 
@@ -82,6 +82,10 @@ impl<'a> De<'a> {
     fn bridged(&self) -> Option<Result<serde_json::Value, serde_json::Error>> {
         Some(match self.value {
             Value::Selection(selection) => serde_json::to_value(&**selection),
+            Value::Item(item) => {
+                let term = SelectionTerm { item: item.item, path: Vec::new(), filter: None, span: self.origin.span };
+                serde_json::to_value(Selection { terms: vec![term] })
+            }
             Value::Signal(signal) => serde_json::to_value(&signal.signal),
             Value::Draft(draft) => serde_json::to_value(&**draft),
             Value::State { case, item } => Ok(serde_json::json!({ "case": case, "item": item })),

@@ -57,6 +57,7 @@ fn same_sort(world: &dyn World, value: &Value, ty: &Type) -> bool {
         (Type::Kind(kind), Value::Object(object)) => world.descends(&object.kind, kind),
         (Type::Kind(kind), Value::Item(item)) => world.descends(&item.kind, kind),
         (Type::Kind(kind), Value::Template(template)) => world.descends(&template.kind, kind),
+        (Type::Kind(kind), Value::Case { .. }) => &**kind == "case",
         (Type::Part, Value::Item(_) | Value::Items(_) | Value::Template(_)) => true,
         (Type::State, Value::State { .. }) | (Type::Draft, Value::Draft(_)) | (Type::Table, Value::Table(_)) => true,
         (Type::Draft, Value::Object(object)) => world.descends(&object.kind, "draft"),
@@ -230,6 +231,8 @@ fn list(world: &dyn World, value: &Value, ty: &Type, of: &Type, count: Option<u3
         Value::List(elements) if of.alternatives().contains(&&Type::Selection) => elements.to_vec(),
         Value::List(elements) => elements.iter().flat_map(spread).collect(),
         Value::Items(_) => spread(value),
+        // `through = canopy.skirt.rings`: a selection of many points is a list of points.
+        Value::Selection(_) if *of == Type::Point => vec![value.clone()],
         _ => return Err(mismatch::other(world, value, ty, place)),
     };
     if let Some(count) = count.filter(|count| *count as usize != given.len()) {

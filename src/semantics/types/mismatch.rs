@@ -147,11 +147,9 @@ pub(super) fn absent(place: &Place) -> Box<Diagnostic> {
 }
 
 pub(super) fn only_while_running(world: &dyn World, value: &Value, place: &Place) -> Box<Diagnostic> {
-    let message = format!(
-        "`{}` must be known before the run; {} is known only while running",
-        place.name,
-        quoted(world, value, place)
-    );
+    let long = world.source(place.span()).is_none_or(|text| text.chars().count() > QUOTED);
+    let shown = if long { "this".to_string() } else { quoted(world, value, place) };
+    let message = format!("`{}` must be known before the run; {shown} is known only while running", place.name);
     Box::new(error("E0601", message, place, "a signal").note(
         "fields that say `Signal<…>` in the manual take expressions in `t` and in the state of parts; others do not",
     ))

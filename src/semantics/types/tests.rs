@@ -203,6 +203,7 @@ fn parts_become_selections_and_lists_of_parts() {
     assert!(matches!(bench.field_fine("[Part]", "[string, ply]"), Value::List(all) if all.len() == 4));
     assert!(matches!(bench.field_fine("[Selection; 2]", "[ply, string]"), Value::List(all) if all.len() == 2));
     assert!(matches!(bench.field_fine("Weave", "ply"), Value::Item(_)));
+    assert!(matches!(bench.field_fine("[Point]", "string.tips"), Value::List(all) if all.len() == 1));
     says(bench.field_problem("Weave", "ball"), "E0317", &["`f` is a weave; `ball` is a body"]);
     says(bench.field_problem("Selection", "3 mm"), "E0317", &["a selection of parts"]);
     says(bench.field_problem("Point", "ball"), "E0317", &["`ball.centre`"]);
