@@ -191,7 +191,9 @@ impl<'t> Elaborator<'t> {
     fn starts_from(&mut self, object: &Object, stage: StageId, needs: &mut BTreeSet<u32>) {
         for slot in object.fields.values() {
             let Value::State { case, .. } = slot.value else { continue };
-            if case.0 >= stage.0 {
+            if case.0 >= stage.0 && self.diagnostics.iter().any(|problem| problem.code.0 == "E0511") {
+                // The circle is told already.
+            } else if case.0 >= stage.0 {
                 let here = self.stage_of(stage).name.clone().unwrap_or_else(|| "the file".into());
                 let message = format!("`{here}` cannot start from a result that only comes with or after it");
                 self.tell(Diagnostic::error("E0511", message, slot.origin.span, "needed here"));

@@ -64,10 +64,17 @@ impl Assignment<'_> {
 impl<'t> Elaborator<'t> {
     /// Takes every `path = value` among the items of a file, case or loop body.
     pub fn gather_changes(&mut self, items: &'t [tree::Item], scope: ScopeId, layer: u32) {
+        // Behind a header whose brace is missing stand the fields of its block, not changes.
+        let mut in_broken = false;
         for item in items {
-            if matches!(item.node, ItemNode::Field { .. }) {
-                let how = self.scope(scope).how;
-                self.add_change(Written::Tree(item), scope, how, layer);
+            match &item.node {
+                ItemNode::Field { .. } if in_broken => {}
+                ItemNode::Field { .. } => {
+                    let how = self.scope(scope).how;
+                    self.add_change(Written::Tree(item), scope, how, layer);
+                }
+                ItemNode::Broken { keyword, name } => in_broken = keyword.is_some() && name.is_some(),
+                _ => in_broken = false,
             }
         }
     }
