@@ -49,7 +49,7 @@ impl Bar {
 /// A time in the unit that suits it.
 pub fn seconds(t: f64) -> String {
     let (value, unit) = match t.abs() {
-        v if v == 0.0 => return "0 s".to_owned(),
+        0.0 => return "0 s".to_owned(),
         v if v < 1e-6 => (1e9 * t, "ns"),
         v if v < 1e-3 => (1e6 * t, "µs"),
         v if v < 1.0 => (1e3 * t, "ms"),

@@ -33,6 +33,10 @@ pub struct Recorder<'p> {
     collection: Collection,
     /// Frames written so far, by sink.
     counts: BTreeMap<usize, u32>,
+    /// The step of each sink's last frame and the time of its last row: an end that was due anyway is written once.
+    last_frame: BTreeMap<usize, u64>,
+    last_row: BTreeMap<usize, f64>,
+    last_ledger: Option<u64>,
     files: Vec<String>,
     failed: Option<Diagnostic>,
 }
@@ -55,6 +59,9 @@ impl<'p> Recorder<'p> {
             probes,
             collection: Collection::default(),
             counts: BTreeMap::new(),
+            last_frame: BTreeMap::new(),
+            last_row: BTreeMap::new(),
+            last_ledger: None,
             files: Vec::new(),
             failed: None,
         }
@@ -219,6 +226,9 @@ impl Observer for Recorder<'_> {
     }
 
     fn frame(&mut self, sink: usize, frame: &Frame) {
+        if self.last_frame.insert(sink, frame.step) == Some(frame.step) {
+            return;
+        }
         let plan = self.plan;
         match plan.body.sinks.get(sink) {
             Some(Sink::Frames { formats, .. }) => self.attempt(|this| this.write_frame(sink, frame, formats)),
@@ -229,6 +239,9 @@ impl Observer for Recorder<'_> {
     }
 
     fn probe_row(&mut self, sink: usize, time: f64, value: Value) {
+        if self.last_row.insert(sink, time) == Some(time) {
+            return;
+        }
         self.attempt(|this| match this.probes.get_mut(&sink) {
             Some(probe) => probe.add(&this.folder, time, value),
             None => Ok(()),
@@ -236,6 +249,9 @@ impl Observer for Recorder<'_> {
     }
 
     fn ledger_row(&mut self, time: f64, step: u64, ledger: &Ledger) {
+        if self.last_ledger.replace(step) == Some(step) {
+            return;
+        }
         self.attempt(|this| this.ledger.as_mut().map_or(Ok(()), |file| file.add(time, step, ledger)));
     }
 

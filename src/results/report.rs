@@ -160,7 +160,7 @@ fn joules(e: f64) -> String {
 
 fn metres(d: f64) -> String {
     match d.abs() {
-        v if v == 0.0 => "none".to_owned(),
+        0.0 => "none".to_owned(),
         v if v >= 1e-3 => format!("{} mm", significant(1e3 * d)),
         _ => format!("{} µm", significant(1e6 * d)),
     }

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::diagnostics::{Diagnostic, Span};
+use crate::diagnostics::{Diagnostic, Severity, Span};
 use crate::syntax::tree::{self, BlockBody, BlockIndex, Expr, ExprNode, Item, ItemNode, Step};
 
 /// A `case` block as written.
@@ -13,8 +13,8 @@ pub struct CaseBlock<'t> {
     pub bodies: Vec<&'t [Item]>,
 }
 
-/// The file's cases in the order in which they can run.
-pub fn cases<'t>(items: &'t [Item], diagnostics: &mut Vec<Diagnostic>) -> Vec<CaseBlock<'t>> {
+/// The file's cases in the order in which they can run; where `only` names one, that one and those that it starts from.
+pub fn cases<'t>(items: &'t [Item], only: Option<&str>, diagnostics: &mut Vec<Diagnostic>) -> Vec<CaseBlock<'t>> {
     let blocks: Vec<(&tree::Block, &Item)> = items
         .iter()
         .filter_map(|item| match &item.node {
@@ -42,7 +42,16 @@ pub fn cases<'t>(items: &'t [Item], diagnostics: &mut Vec<Diagnostic>) -> Vec<Ca
             bodies: bodies(block, &raw, &by_name, diagnostics, 0),
         })
         .collect();
-    in_order(cases, &by_name, diagnostics)
+    if let Some(only) = only
+        && !by_name.contains_key(only)
+    {
+        let problem = Diagnostic::placeless("E0518", Severity::Error, format!("the file has no case `{only}`"));
+        diagnostics.push(match raw.is_empty() {
+            true => problem.note("it has no cases at all"),
+            false => problem.note(format!("the cases are {}", names(&raw))),
+        });
+    }
+    in_order(cases, only.and_then(|only| by_name.get(only).copied()), &by_name, diagnostics)
 }
 
 type Named<'t> = (&'t tree::Name, &'t tree::Block, Span);
@@ -88,6 +97,7 @@ fn names(all: &[Named]) -> String {
 /// Orders cases so that each stands after those whose results it starts from; otherwise as written.
 fn in_order<'t>(
     cases: Vec<CaseBlock<'t>>,
+    only: Option<usize>,
     by_name: &HashMap<&str, usize>,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Vec<CaseBlock<'t>> {
@@ -103,7 +113,7 @@ fn in_order<'t>(
         .collect();
     let mut order = Vec::with_capacity(cases.len());
     let mut state = vec![0u8; cases.len()];
-    for start in 0..cases.len() {
+    for start in (0..cases.len()).filter(|start| only.is_none_or(|only| only == *start)) {
         visit(start, &needs, &mut state, &mut order, &cases, diagnostics, 0);
     }
     let mut slots: Vec<Option<CaseBlock>> = cases.into_iter().map(Some).collect();

@@ -12,6 +12,7 @@ use crate::syntax::tree::{self, Item, ItemNode, Tree};
 use super::cases::{self, CaseBlock, Mentions};
 use super::elaborate::{Elaborator, Node, Stage, StageId, Written, layer};
 use super::eval::{self, Env};
+use super::kinds::Kinds;
 use super::modules::{self, Module, Place};
 use super::types;
 use super::value::{ScopeId, Value};
@@ -100,7 +101,7 @@ fn checked(
     let user = modules::load_user(sources, file, library.modules(), diagnostics);
     let sets = parse_sets(sources, options, diagnostics);
     let main = user.first()?;
-    let cases = cases::cases(&main.tree.items, diagnostics);
+    let cases = cases::cases(&main.tree.items, options.case.as_deref(), diagnostics);
     let mut elaborator = Elaborator::default();
     for (id, source) in sources.iter() {
         elaborator.texts.insert(id, source.text.clone());
@@ -117,6 +118,52 @@ fn checked(
     let program = file.judge();
     *diagnostics = std::mem::take(&mut file.elaborator.diagnostics);
     program
+}
+
+/// Shows the kinds of the standard library, as the manual and the editors read them.
+pub fn library_kinds<T>(read: impl FnOnce(&Kinds) -> T) -> T {
+    let mut sources = modules::library_sources();
+    let library = modules::library(&mut sources);
+    let mut elaborator = Elaborator::default();
+    open_library(&mut elaborator, library.modules());
+    finish_kinds(&mut elaborator);
+    read(&elaborator.kinds)
+}
+
+/// What is wrong with the standard library itself: every declaration worked out, every default evaluated, every draft
+/// drawn. Its tests keep this empty.
+pub fn check_library(sources: &mut Sources) -> Vec<Diagnostic> {
+    let library = modules::library(sources);
+    let mut e = Elaborator::default();
+    for (id, source) in sources.iter() {
+        e.texts.insert(id, source.text.clone());
+    }
+    e.diagnostics.extend(library.diagnostics().iter().cloned());
+    let root = open_library(&mut e, library.modules());
+    finish_kinds(&mut e);
+    e.check_defaults();
+    let scopes: Vec<ScopeId> =
+        std::iter::once(root).chain(e.modules.values().copied()).chain(e.closed.values().copied()).collect();
+    for decl in scopes.into_iter().flat_map(|scope| e.decls_in(scope)).collect::<Vec<_>>() {
+        let span = e.decl(decl).span;
+        if let Value::Object(object) = e.value_of(decl, span)
+            && e.kinds.descends(&object.kind, "draft")
+            && e.kinds.get(&object.kind).is_some_and(|kind| e.kinds.reserved(kind).is_none())
+            && let Err(reason) = super::lower::draft_of(&object)
+        {
+            e.tell(Diagnostic::error("E0701", format!("the draft cannot be woven: {reason}"), span, "drawn here"));
+        }
+    }
+    e.diagnostics
+}
+
+/// Resolves the types of all kinds.
+fn finish_kinds(e: &mut Elaborator) {
+    let mut making = e.kinds.clone();
+    let mut problems = Vec::new();
+    making.finish(&mut |ty| types::resolve(e, ty), &mut problems);
+    e.kinds = making;
+    problems.into_iter().for_each(|problem| e.tell(problem));
 }
 
 /// The trees of `--set path=value`, each a file of its own so that messages can point into it.
@@ -234,11 +281,7 @@ impl<'t> File<'t> {
         e.units.declare(items, &mut problems);
         e.kinds.declare(items, base, &mut problems);
         e.diagnostics = problems;
-        let mut making = e.kinds.clone();
-        let mut problems = Vec::new();
-        making.finish(&mut |ty| types::resolve(e, ty), &mut problems);
-        e.kinds = making;
-        problems.into_iter().for_each(|problem| e.tell(problem));
+        finish_kinds(e);
     }
 
     /// A new copy of the file's scope. The first call makes the one outside all cases; [`Self::set_up`] puts it last.
@@ -324,8 +367,16 @@ impl<'t> File<'t> {
         all
     }
 
-    /// Declares every case's name in a stage.
+    /// Declares every case's name in a stage. What a case that was left out means is not known.
     fn name_cases(&mut self, scope: ScopeId, expanded: &[(Rc<str>, usize, Option<Value>)]) {
+        for item in &self.main.tree.items {
+            if let ItemNode::Block(tree::Block { kind, name: Some(name), .. }) = &item.node
+                && kind.text == "case"
+                && !self.cases.iter().any(|case| case.name.text == name.text)
+            {
+                self.elaborator.bind(scope, name, Value::Poison);
+            }
+        }
         for (i, case) in self.cases.iter().enumerate() {
             let stages: Vec<StageId> = expanded
                 .iter()
@@ -461,8 +512,15 @@ impl<'t> File<'t> {
 
     /// Whether a condition at the top of the file speaks of cases, itself or through what it names.
     pub fn speaks_of_cases(&self, condition: &tree::Expr) -> bool {
-        let names: HashMap<&str, usize> =
-            self.cases.iter().enumerate().map(|(i, case)| (case.name.text.as_str(), i)).collect();
+        let written = self.main.tree.items.iter().filter_map(|item| match &item.node {
+            ItemNode::Block(block) if block.kind.text == "case" => block.name.as_ref(),
+            _ => None,
+        });
+        let mut names: HashMap<&str, usize> = HashMap::new();
+        for name in written {
+            let next = names.len();
+            names.entry(&name.text).or_insert(next);
+        }
         if names.is_empty() {
             return false;
         }

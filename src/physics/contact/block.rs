@@ -242,7 +242,7 @@ impl Block {
         let normal = cone.push * cone.normal.dot(mean);
         totals.normal -= normal;
         totals.friction -= cone.rub.dot(mean);
-        totals.parting += if t.gap < 0.0 { normal.max(0.0) } else { 0.0 };
+        totals.parting += if cone.target > 0.0 { cone.push * parting(t.gap, task) } else { 0.0 };
         let speeds = 0.5 * (before.length() + after.length());
         totals.exchanged += (cone.push + cone.rub.length()) * speeds;
         self.pressed += usize::from(cone.push > 0.0);
@@ -286,6 +286,12 @@ fn cone(t: &Touch, law: &PairLaw, warm: DVec3) -> Cone {
     }
 }
 
+/// Speed at which an overlap beyond the tolerance parts, m/s: over [`PARTING`] steps, and by a quarter of the tolerance
+/// per step at most. It brings in no more energy than impulse times this speed, which is booked.
+fn parting(gap: f64, task: &Task<'_>) -> f64 {
+    ((-gap - task.tolerance) / PARTING).clamp(0.0, 0.25 * task.tolerance) / task.scene.h
+}
+
 /// How two sides come together along the normal, m/s (negative: they close).
 struct Closing<'a> {
     /// Before the kick.
@@ -297,8 +303,7 @@ struct Closing<'a> {
 
 impl Closing<'_> {
     /// Least normal speed after the step for a touch at `gap`: it may use up the gap. A touch that closes in this step
-    /// rebounds with the coefficient of restitution times its approach. An overlap beyond the tolerance parts over
-    /// [`PARTING`] steps, at the tolerance per step at most; the work of that is booked.
+    /// rebounds with the coefficient of restitution times its approach. An overlap beyond the tolerance parts slowly.
     fn target(&self, gap: f64, task: &Task<'_>) -> f64 {
         let h = task.scene.h;
         let rest =

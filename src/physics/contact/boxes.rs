@@ -12,9 +12,7 @@ use crate::geometry::obb_moving::moving_overlap;
 fn around(scene: &Scene<'_>, family: &Family, i: u32) -> Obb {
     let (x, n) = (&scene.chains.position, i as usize);
     let (a, b) = (x[n], x[n + 1]);
-    let along = (b - a).normalize_or(DVec3::X);
-    let axis = scene.chains.thickness_axis[n];
-    let thick = (axis - along * axis.dot(along)).try_normalize().unwrap_or_else(|| along.any_orthonormal_vector());
+    let [along, thick] = scene.frame(i);
     let section = scene.section(family, i, 0.5);
     let half = DVec3::new(0.5 * (b - a).length(), section.half_thickness, section.half_width);
     Obb { centre: 0.5 * (a + b), axes: [along, thick, along.cross(thick)], half }

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::broad::Broad;
 use super::chunk::{CHUNK, Chunk, Chunks, Motion};
 use super::law::{Family, Laws};
+use super::narrow::frame;
 use crate::geometry::section::Section;
 use crate::geometry::segments::closest_on_segments;
 use crate::physics::Chains;
@@ -183,7 +184,7 @@ pub(super) fn sieve(g: &mut Group, chunks: &Chunks, chains: &Chains, laws: &Laws
 #[inline]
 pub(super) fn slab(chains: &Chains, [fa, fb]: [&Family; 2], [i, j]: [u32; 2]) -> f64 {
     let (x, i, j) = (&chains.position, i as usize, j as usize);
-    let (ta, tb) = ((x[i + 1] - x[i]).normalize_or_zero(), (x[j + 1] - x[j]).normalize_or_zero());
+    let ([ta, ua], [tb, ub]) = (frame(chains, i as u32), frame(chains, j as u32));
     let cross = ta.cross(tb);
     let sine2 = cross.length_squared();
     if sine2 < 0.01 {
@@ -193,12 +194,12 @@ pub(super) fn slab(chains: &Chains, [fa, fb]: [&Family; 2], [i, j]: [u32; 2]) ->
     let (p, q, r, s) = (x[i].dot(n), x[i + 1].dot(n), x[j].dot(n), x[j + 1].dot(n));
     let apart = (p.min(q) - r.max(s)).max(r.min(s) - p.max(q));
     // The thicker and the wider end together: at least the section anywhere on the segment.
-    let half = |f: &Family, k: usize, t: DVec3| {
+    let half = |f: &Family, k: usize, t: DVec3, u: DVec3| {
         let (b0, b1) = (chains.half_thickness[k], chains.half_thickness[k + 1]);
         let section = Section { half_thickness: b0.max(b1), half_width: f.half_width(b0.min(b1)) };
-        section.support(n, t, chains.thickness_axis[k])
+        section.support(n, t, u)
     };
-    apart - half(fa, i, ta) - half(fb, j, tb)
+    apart - half(fa, i, ta, ua) - half(fb, j, tb, ub)
 }
 
 /// Distance of two centrelines, m, or something over `limit` where their bounding spheres are farther apart than that.

@@ -33,8 +33,7 @@ pub(super) fn give(scene: &Scene<'_>, family: &Family, i: u32, s: f64, normal: D
     if b <= law.least {
         return Give::default();
     }
-    let axis = scene.chains.thickness_axis[i as usize];
-    let tangent = scene.edge(i).normalize_or_zero();
+    let [tangent, axis] = scene.frame(i);
     let (thick, wide) = (normal.dot(axis).powi(2), normal.dot(tangent.cross(axis)).powi(2));
     let product = family.axes_product.powi(2);
     // h² = b²(n·u)² + (ab)²(n·v)²/b² is least at b⁴ = (ab)²·(n·v)²/(n·u)²: thinner than that makes the side wider.

@@ -67,6 +67,12 @@ impl Scene<'_> {
         self.chains.position[i as usize + 1] - self.chains.position[i as usize]
     }
 
+    /// Unit tangent and thickness axis of segment `i`: the node's axis without its part along the segment.
+    #[inline]
+    pub fn frame(&self, i: u32) -> [DVec3; 2] {
+        frame(self.chains, i)
+    }
+
     /// Every touch of a pair of chunks; returns the number of pairs tested.
     pub fn touches(&self, g: &mut Group, out: &mut Vec<Touch>) -> usize {
         let motion = &self.chunks.motion;
@@ -164,10 +170,10 @@ impl Scene<'_> {
             if first.distance - (q - p).length() - radius >= reach {
                 continue;
             }
-            let tangent = self.edge(i).normalize_or_zero();
+            let frame = self.frame(i);
             let mut emit = |key: u64, s: f64, distance: f64, outward: DVec3| {
                 let normal = body.turn * outward;
-                let gap = distance - self.half_extent(family, i, s, normal, tangent);
+                let gap = distance - self.half_extent(family, i, s, normal, frame);
                 if gap < reach {
                     out.push(Touch { key, i, s, j: body.index, t: 0.0, normal, gap, families: [chunk.family; 2] });
                 }
@@ -189,12 +195,22 @@ impl Scene<'_> {
 
     /// Half extent of the yarn along `normal` at place `s` of segment `i`, m.
     #[inline]
-    fn half_extent(&self, family: &Family, i: u32, s: f64, normal: DVec3, tangent: DVec3) -> f64 {
+    fn half_extent(&self, family: &Family, i: u32, s: f64, normal: DVec3, [tangent, axis]: [DVec3; 2]) -> f64 {
         if family.round {
             return family.half_thickness;
         }
-        self.section(family, i, s).support(normal, tangent, self.chains.thickness_axis[i as usize])
+        self.section(family, i, s).support(normal, tangent, axis)
     }
+}
+
+/// See [`Scene::frame`].
+#[inline]
+pub(super) fn frame(chains: &Chains, i: u32) -> [DVec3; 2] {
+    let (x, i) = (&chains.position, i as usize);
+    let tangent = (x[i + 1] - x[i]).normalize_or_zero();
+    let axis = chains.thickness_axis[i];
+    let across = (axis - tangent * axis.dot(tangent)).try_normalize();
+    [tangent, across.unwrap_or_else(|| tangent.any_orthogonal_vector().normalize_or(DVec3::Z))]
 }
 
 /// Normal of two centrelines that meet: across both, or across the first.

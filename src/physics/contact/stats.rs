@@ -10,7 +10,7 @@ pub struct RuleTotals {
     pub normal: f64,
     /// By friction.
     pub friction: f64,
-    /// Brought in by touches that part an overlap; already taken off `normal`.
+    /// The most that touches which part an overlap can have brought in; already taken off `normal`.
     pub parting: f64,
     /// Impulse times the mean of the speeds, all counted positive: what the other entries are to be measured by.
     pub exchanged: f64,

@@ -50,7 +50,7 @@ fn fitting(text: &str, size: f64, room: f64) -> String {
 
 fn time(t: f64) -> String {
     match t.abs() {
-        v if v == 0.0 => "0 µs".to_owned(),
+        0.0 => "0 µs".to_owned(),
         v if v < 1e-3 => format!("{:.2} µs", 1e6 * t),
         v if v < 1.0 => format!("{:.3} ms", 1e3 * t),
         _ => format!("{t:.4} s"),
@@ -76,8 +76,6 @@ fn percent(strain: f64, span: f64) -> String {
     let value = 100.0 * strain;
     let digits = if span < 0.002 {
         2
-    } else if span < 0.02 {
-        1
     } else if span < 0.05 {
         1
     } else {

@@ -20,6 +20,15 @@ pub struct Lights {
     eye: DVec3,
 }
 
+/// What light meets on its way, and the scales of colour and length.
+#[derive(Clone, Copy)]
+pub struct Room<'a> {
+    pub scene: &'a Scene,
+    pub scale: &'a Scale,
+    /// Half a yarn's width, m.
+    pub size: f64,
+}
+
 impl Lights {
     pub fn new(camera: &Camera) -> Self {
         let (r, u, e) = (camera.right, -camera.down, -camera.forward);
@@ -31,17 +40,9 @@ impl Lights {
         }
     }
 
-    /// The light that a hit sends to the eye; `open` (0…1) is how much of the neighbourhood is open.
-    pub fn shade(
-        &self,
-        scene: &Scene,
-        scale: &Scale,
-        thing: Thing,
-        hit: &Hit,
-        at: DVec3,
-        size: f64,
-        open: f64,
-    ) -> Colour {
+    /// The light that a hit sends to the eye; `open` (0…1) is how much of its neighbourhood is open.
+    pub fn shade(&self, room: &Room<'_>, thing: Thing, hit: &Hit, at: DVec3, open: f64) -> Colour {
+        let Room { scene, scale, size } = *room;
         let n = hit.normal;
         let facing = n.dot(self.key);
         let lit = facing > 0.0 && !scene.is_blocked(at + 0.03 * size * n, self.key, 60.0 * size);

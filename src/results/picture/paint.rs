@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::camera::Camera;
 use super::colour::{Colour, Scale};
 use super::image::Image;
-use super::light::{Depths, Lights};
+use super::light::{Depths, Lights, Room};
 use super::scene::{Scene, Thing};
 use super::tube::Hit;
 
@@ -53,7 +53,8 @@ pub fn paint(scene: &Scene, camera: &Camera, scale: &Scale, size: f64, image: &m
     let depth: Vec<f32> = seen.iter().map(|s| s.map_or(f32::INFINITY, |s| s.hit.distance as f32)).collect();
     let depths = Depths::new(width, &depth, camera.pixel, 2.0 * size);
     let lights = Lights::new(camera);
-    let shading = Shading { scene, camera, scale, lights, depths, seen: &seen, size, width, height };
+    let room = Room { scene, scale, size };
+    let shading = Shading { room, camera, lights, depths, seen: &seen, width, height };
     image.pixels.par_chunks_mut(TILE * width).enumerate().for_each(|(band, rows)| shading.band(band, rows));
 }
 
@@ -147,25 +148,23 @@ fn cast(scene: &Scene, camera: &Camera, front: f64, candidates: &[Candidate], p:
 }
 
 struct Shading<'a> {
-    scene: &'a Scene,
+    room: Room<'a>,
     camera: &'a Camera,
-    scale: &'a Scale,
     lights: Lights,
     depths: Depths<'a>,
     seen: &'a [Option<Seen>],
-    size: f64,
     width: usize,
     height: usize,
 }
 
 impl Shading<'_> {
     fn band(&self, band: usize, rows: &mut [Colour]) {
-        let front = far_front(self.scene, self.camera);
+        let front = far_front(self.room.scene, self.camera);
         let mut candidates = Vec::new();
         let height = rows.len() / self.width;
         for left in (0..self.width).step_by(TILE) {
             let right = (left + TILE).min(self.width);
-            gather(self.scene, self.camera, [left, band * TILE, right, band * TILE + height], &mut candidates);
+            gather(self.room.scene, self.camera, [left, band * TILE, right, band * TILE + height], &mut candidates);
             if candidates.is_empty() {
                 continue;
             }
@@ -186,7 +185,7 @@ impl Shading<'_> {
         let mut sum = [0.0; 3];
         for [dx, dy] in WITHIN {
             let p = DVec2::new(x as f64 + 0.5 + dx, y as f64 + 0.5 + dy);
-            let seen = cast(self.scene, self.camera, front, candidates, p);
+            let seen = cast(self.room.scene, self.camera, front, candidates, p);
             let c = seen.map_or([1.0; 3], |seen| self.colour(&seen, p.x, p.y, open));
             // The eye's average is over what the screen shows, not over highlights beyond white.
             sum = std::array::from_fn(|i| sum[i] + 0.25 * c[i].min(1.0));
@@ -202,7 +201,7 @@ impl Shading<'_> {
 
     fn colour(&self, seen: &Seen, x: f64, y: f64, open: f64) -> Colour {
         let at = self.camera.origin(x, y) + seen.hit.distance * self.camera.forward;
-        self.lights.shade(self.scene, self.scale, seen.thing, &seen.hit, at, self.size, open)
+        self.lights.shade(&self.room, seen.thing, &seen.hit, at, open)
     }
 
     /// Whether a neighbour sees something else, or the same thing across a step or a crease.

@@ -170,7 +170,13 @@ impl<'t> Elaborator<'t> {
     fn all_changes(&self, decl: DeclId, owner: Option<InstanceId>) -> Vec<Assignment<'t>> {
         let mut changes = self.decl(decl).changes.clone();
         if let Some(owner) = owner {
-            changes.extend(self.instance(owner).assigned.get(&self.decl(decl).name).into_iter().flatten().cloned());
+            let given = self.instance(owner).assigned.get(&self.decl(decl).name).into_iter().flatten();
+            changes.extend(given.cloned().map(|mut change| {
+                if change.layer < layer::FILE {
+                    change.layer += layer::BLOCK + 1;
+                }
+                change
+            }));
         }
         changes
     }

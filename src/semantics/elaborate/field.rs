@@ -122,6 +122,16 @@ impl<'t> Elaborator<'t> {
         Slot { value, origin: here }
     }
 
+    /// Works out every default of every kind.
+    pub fn check_defaults(&mut self) {
+        let kinds: Vec<_> = self.kinds.names().filter_map(|name| self.kinds.get(name).cloned()).collect();
+        for field in kinds.iter().flat_map(|kind| &kind.fields) {
+            if let Some(default) = &field.default {
+                self.default_slot(field, default);
+            }
+        }
+    }
+
     fn default_slot(&mut self, field: &Rc<Field>, default: &tree::Expr) -> Slot {
         if let Some(slot) = self.defaults.get(&default.span) {
             return slot.clone();

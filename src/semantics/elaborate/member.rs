@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use crate::diagnostics::{Diagnostic, Span};
-use crate::scene::{CaseId, Read, SelectStep, Selection, SelectionTerm, Signal};
+use crate::scene::{CaseId, Read, SelectStep, Selection, SelectionTerm, Signal, TimeOp, Window};
 use crate::semantics::kinds::Field;
 use crate::semantics::types::Type;
 use crate::semantics::value::{Dimension, ItemRef, Object, ScopeId, SignalValue, Value};
@@ -140,7 +140,14 @@ impl<'t> Elaborator<'t> {
         };
         let vector = form == Form::Vector;
         let read = Read { case: item.case, item: item.item, output: field.name.to_string(), vector, span };
-        let signal = Signal::Read(read);
+        // An output of plain type (a cloth's area) does not change while running.
+        let fixed = field.access == Access::Out && !matches!(field.ty, Type::Signal(_));
+        let signal = match fixed {
+            true => {
+                Signal::OverTime { op: TimeOp::Initial, of: Box::new(Signal::Read(read)), window: Window::default() }
+            }
+            false => Signal::Read(read),
+        };
         Value::Signal(Rc::new(match form {
             Form::Vector => SignalValue::vector(signal, dimension),
             Form::Truth => SignalValue::truth(signal),

@@ -55,16 +55,16 @@ pub mod layer {
     pub const COMPONENT: u32 = 0;
     /// Copies with changes, the innermost first.
     pub const COPY: u32 = 1;
-    /// The block itself.
+    /// The block itself. What a component is given for its parts lies above their own blocks, by one of these per level.
     pub const BLOCK: u32 = 1000;
     /// `path = value` in the file.
-    pub const FILE: u32 = 2000;
+    pub const FILE: u32 = 1_000_000;
     /// The same in a case.
-    pub const CASE: u32 = 3000;
+    pub const CASE: u32 = 2_000_000;
     /// `quick { … }`
-    pub const QUICK: u32 = 4000;
+    pub const QUICK: u32 = 3_000_000;
     /// `--set`
-    pub const SET: u32 = 5000;
+    pub const SET: u32 = 4_000_000;
 }
 
 /// Names that are visible together.

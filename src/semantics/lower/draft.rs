@@ -13,8 +13,8 @@ pub fn draft_of(object: &Object) -> Result<Draft, String> {
         "twill" => Drawn::twill(count("up")?, count("down")?, count("step")?),
         // The library's satin is weft-faced: one warp float in each pick.
         "satin" => Drawn::satin(count("ends")?, count("counter")?).map(Drawn::inverse),
-        "basket" => Drawn::basket(count("ends")?, count("picks")?),
-        "ripstop" => Drawn::ripstop(count("ground")?, count("heavy")?),
+        "grouped" => Drawn::basket(count("ends")?, count("picks")?),
+        "ripstop_grid" => Drawn::ripstop(count("ground")?, count("heavy")?),
         "tied_up" => {
             let threading = singles(counts_of(object, "threading")?);
             let treadling = singles(counts_of(object, "treadling")?);

@@ -7,7 +7,7 @@ mod draft;
 mod threads;
 
 use crate::diagnostics::{Diagnostic, Span};
-use crate::scene::ItemBody;
+use crate::scene::{How, ItemBody};
 
 use super::elaborate::Elaborator;
 use super::eval;
@@ -17,7 +17,9 @@ pub use de::{LowerError, from_object};
 pub use draft::{draft_from_wif, draft_of};
 
 /// Fields that are declared and checked, and that no pass reads yet; a block that writes one cannot run.
-const NOT_YET: [(&str, &str, &str); 5] = [
+pub const NOT_YET: [(&str, &str, &str); 7] = [
+    ("strand", "position", "placing of strands other than by `between`"),
+    ("strand", "turn", "placing of strands other than by `between`"),
     ("action", "during", "stages"),
     ("fix", "to", "moved places"),
     ("body", "hangs_from", "the solver for cords"),
@@ -94,6 +96,7 @@ impl Elaborator<'_> {
             if self.kinds.descends(&object.kind, kind)
                 && let Some(slot) = object.fields.get(field)
                 && !matches!(slot.value, Value::Absent)
+                && slot.origin.how != How::Default
             {
                 early.push((field, until, slot.origin.span));
             }

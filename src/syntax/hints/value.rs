@@ -142,7 +142,7 @@ pub(super) fn comparison_by_one_equals(f: &Failure) -> Option<Diagnostic> {
     }
     let condition = matches!(f.rule, Rule::require_item | Rule::expect_item | Rule::if_item);
     let compares = f.find(&["=", ":"]).is_some_and(|first| first < f.at);
-    if f.brackets > 0 && f.is_close(-1) || f.brackets > 0 && f.word(-2) == "." {
+    if f.brackets > 0 && (f.is_close(-1) || f.word(-2) == ".") {
         return slip("E0129", "an argument is named by a plain name", f.span(-1), "before this `=`")
             .map(|d| d.also(f.span(0), "if it compares, write `==`"));
     }
@@ -215,7 +215,8 @@ pub(super) fn unit_with_blanks(f: &Failure) -> Option<Diagnostic> {
         offset -= 2;
     }
     let start = if f.is_number(offset) { offset } else { offset - 1 };
-    if !f.is_number(start) && !(f.word(start) == "]" && f.brackets == 0) {
+    let behind_list = f.word(start) == "]" && f.brackets == 0;
+    if !f.is_number(start) && !behind_list {
         return None;
     }
     let unit = Span { start: f.span(start + 1).start, ..f.span(-1) };

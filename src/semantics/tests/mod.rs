@@ -1,9 +1,14 @@
 //! Whole files through the room: what checks, what is refused, and what comes out.
 
+mod agreement;
+mod building;
+mod mistakes;
+mod scenes;
+
 use crate::diagnostics::{Diagnostic, Sources};
 use crate::scene::{How, ItemBody, Program};
 
-use super::{Options, check, library_sources};
+use super::{Options, check, check_library, library_sources};
 
 pub fn run_with(text: &str, options: &Options) -> (Sources, Option<Program>, Vec<Diagnostic>) {
     let mut sources = library_sources();
@@ -76,7 +81,7 @@ fn a_shot_lowers_with_origins() {
 
 #[test]
 fn the_first_scene_checks_and_orders_its_cases() {
-    let text = include_str!("../../scenarios/design/01_shot.weave");
+    let text = include_str!("../../../scenarios/design/01_shot.weave");
     let program = program(text);
     let names: Vec<_> = program.cases.iter().map(|case| case.name.clone().unwrap()).collect();
     assert_eq!(names, ["natural", "shot"]);
@@ -108,7 +113,8 @@ fn a_set_is_checked_like_the_file() {
 
 #[test]
 fn the_library_itself_has_no_mistakes() {
-    let (sources, _, diagnostics) = run(SHOT);
+    let mut sources = library_sources();
+    let diagnostics = check_library(&mut sources);
     assert!(diagnostics.is_empty(), "{}", listed(&sources, &diagnostics));
 }
 
@@ -119,23 +125,4 @@ fn declarations_may_stand_in_any_order_and_circles_are_named() {
         codes("let a = b\nlet b = a\nbody x { shape = sphere(a); mass = 1 g }\nrun r { duration = 1 s }"),
         ["E0204"]
     );
-}
-
-/// Prints what the files named in SCENES give.
-#[test]
-#[ignore = "a tool: SCENES=\"a.weave b.weave\" cargo test … -- --ignored --nocapture scenes_named"]
-fn scenes_named() {
-    for path in std::env::var("SCENES").unwrap_or_default().split_whitespace() {
-        let mut sources = library_sources();
-        let file = sources.add(path, std::fs::read_to_string(path).unwrap());
-        let mut diagnostics = Vec::new();
-        let start = std::time::Instant::now();
-        let program = check(&mut sources, file, &Options::default(), &mut diagnostics);
-        println!("== {path}: {} in {:?}", if program.is_some() { "checks" } else { "refused" }, start.elapsed());
-        for d in &diagnostics {
-            println!("{}", listed(&sources, std::slice::from_ref(d)).trim_end());
-            d.labels.iter().for_each(|l| println!("     {}: {} [{}]", sources.place(l.span), l.text, sources.text(l.span)));
-            d.notes.iter().for_each(|note| println!("     note: {note}"));
-        }
-    }
 }
