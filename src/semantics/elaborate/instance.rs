@@ -48,6 +48,7 @@ impl<'t> Elaborator<'t> {
             fields: HashMap::new(),
             chosen: HashMap::new(),
             missing: Vec::new(),
+            meant: Vec::new(),
             template: false,
         });
         id
@@ -74,30 +75,32 @@ impl<'t> Elaborator<'t> {
     /// One diagnostic for all that an instance should have been given, unless a mistake in its block explains it. Gives
     /// the first name of each that lacks.
     fn report_missing(&mut self, id: InstanceId) -> Vec<String> {
-        let missing = std::mem::take(&mut self.instance_mut(id).missing);
+        let mut missing = std::mem::take(&mut self.instance_mut(id).missing);
+        let first = |what: &String| what.trim_start_matches('`').split('`').next().unwrap_or_default().to_owned();
+        let all: Vec<String> = missing.iter().map(first).collect();
+        // The misspelt name is reported already.
+        missing.retain(|what| !self.instance(id).meant.iter().any(|name| what.contains(&format!("`{name}`"))));
         let instance = self.instance(id);
-        if missing.is_empty() || instance.template {
+        if instance.template {
             return Vec::new();
         }
-        let first = |what: &String| what.trim_start_matches('`').split('`').next().unwrap_or_default().to_owned();
-        let lacking: Vec<String> = missing.iter().map(first).collect();
-        if self.explained(instance.span, &missing) {
-            return lacking;
+        if missing.is_empty() || self.explained(instance.span, &missing) {
+            return all;
         }
         let (kind, name, span) = (instance.kind.clone(), instance.name.clone(), instance.span);
         let called = if *kind.name == *name { format!("`{name}`") } else { format!("`{} {name}`", kind.name) };
         let message = format!("{called} needs {}", join_and(&missing));
         let label = if missing.len() == 1 { "not given" } else { "these are not given" };
         let mut problem = Diagnostic::error("E0403", message, self.headline(span), label);
-        for first in lacking.iter().take(3) {
-            if let Some(field) = kind.field(first)
+        for first in missing.iter().map(first).take(3) {
+            if let Some(field) = kind.field(&first)
                 && let Some(line) = field.doc.lines().next()
             {
                 problem = problem.note(format!("`{first}`: {line}"));
             }
         }
         self.tell(problem);
-        lacking
+        all
     }
 
     /// Whether a mistake told inside a block explains what the block lacks: a piece that does not parse, or a field whose
@@ -178,7 +181,10 @@ impl<'t> Elaborator<'t> {
         let message = format!("`{}` has no field `{name}`", kind.name);
         let mut problem = Diagnostic::error("E0401", message, span, "unknown field");
         problem = match eval::nearest(name, known.iter().map(String::as_str)) {
-            Some(near) => problem.note(format!("did you mean `{near}`?")).fix(format!("write `{near}`"), span, near),
+            Some(near) => {
+                self.instance_mut(id).meant.push(near.to_owned());
+                problem.note(format!("did you mean `{near}`?")).fix(format!("write `{near}`"), span, near)
+            }
             None if known.is_empty() => problem.note(format!("`{}` has no fields", kind.name)),
             None => problem.note(format!("it has {}", known.join(", "))),
         };

@@ -234,6 +234,8 @@ pub struct Instance<'t> {
     pub chosen: HashMap<usize, Option<Rc<str>>>,
     /// What it should have been given, in the user's words.
     pub missing: Vec<String>,
+    /// Fields that a misspelt name was probably meant for.
+    pub meant: Vec<String>,
     /// What is missing is no error: a part of a library that is still to be placed.
     pub template: bool,
 }
@@ -373,7 +375,7 @@ impl<'t> Elaborator<'t> {
         let ring: Vec<String> = self.stack[from..].iter().map(|(name, _)| format!("`{name}`")).collect();
         let message = match ring.len() {
             0 | 1 => format!("`{what}` needs itself"),
-            _ => format!("{} needs `{what}`: a circle", ring.join(" needs ")),
+            _ => format!("{}, which needs `{what}`: a circle", ring.join(" needs ")),
         };
         let mut problem = Diagnostic::error("E0204", message, span, "closes the circle");
         if let Some((name, place)) = self.stack.get(from).filter(|(_, place)| *place != span) {

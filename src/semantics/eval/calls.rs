@@ -68,7 +68,13 @@ pub fn look_over(world: &mut dyn World, closure: &Closure) {
         env = env.with(name, value.clone());
     }
     for param in &closure.params {
+        if let Some(ty) = &param.ty {
+            resolve(world, ty);
+        }
         env = env.with(&param.name.text, Value::Poison);
+    }
+    if let Some(ty) = &closure.result {
+        resolve(world, ty);
     }
     evaluate(world, &env, &closure.body);
 }

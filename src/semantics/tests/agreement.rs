@@ -33,11 +33,21 @@ impl<'de> Deserializer<'de> for Probe {
         Err(Asked(Vec::new()))
     }
 
-    fn deserialize_struct<V: Visitor<'de>>(self, _: &'static str, fields: &'static [&'static str], _: V) -> Result<V::Value, Asked> {
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        fields: &'static [&'static str],
+        _: V,
+    ) -> Result<V::Value, Asked> {
         Err(Asked(fields.to_vec()))
     }
 
-    fn deserialize_enum<V: Visitor<'de>>(self, _: &'static str, variants: &'static [&'static str], _: V) -> Result<V::Value, Asked> {
+    fn deserialize_enum<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        variants: &'static [&'static str],
+        _: V,
+    ) -> Result<V::Value, Asked> {
         Err(Asked(variants.to_vec()))
     }
 
@@ -107,7 +117,12 @@ fn each_kind_and_its_struct_agree() {
                 assert!(known, "nothing reads `{}` of `{kind_name}`", declared.name);
             }
         }
-        for variants in [names::<scene::Break>(), names::<scene::Flattening>(), names::<scene::Compaction>(), names::<scene::Friction>()] {
+        for variants in [
+            names::<scene::Break>(),
+            names::<scene::Flattening>(),
+            names::<scene::Compaction>(),
+            names::<scene::Friction>(),
+        ] {
             for variant in variants {
                 assert!(kinds.get(variant).is_some(), "no kind `{variant}`");
             }

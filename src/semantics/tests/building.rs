@@ -95,7 +95,9 @@ fn a_component_is_instantiated_with_its_parts() {
     assert!((mass.value - 5e-3).abs() < 1e-15);
     assert_eq!(codes(&text.replace("gap = 8 mm", "gap = 0.5 mm")), ["E0520"]);
     assert_eq!(codes(&text.replace("gap = 8 mm;", "")), ["E0403"]);
-    let recursive = format!("{RUN}component loop_(n: Count = 1) is body {{ shape = point; mass = 1 g; body inner = loop_ }}\nbody x = loop_\n");
+    let recursive = format!(
+        "{RUN}component loop_(n: Count = 1) is body {{ shape = point; mass = 1 g; body inner = loop_ }}\nbody x = loop_\n"
+    );
     assert_eq!(codes(&recursive), ["E0514"]);
 }
 
@@ -130,11 +132,8 @@ fn cases_add_and_change_and_expects_go_where_they_belong() {
 
 #[test]
 fn one_case_can_be_asked_for_and_a_set_may_name_a_case() {
-    let options = Options {
-        sets: vec![("hard.a.mass".into(), "9 kg".into())],
-        case: Some("hard".into()),
-        ..Options::default()
-    };
+    let options =
+        Options { sets: vec![("hard.a.mass".into(), "9 kg".into())], case: Some("hard".into()), ..Options::default() };
     let (sources, program, diagnostics) = run_with(CASES, &options);
     let program = program.unwrap_or_else(|| panic!("{}", listed(&sources, &diagnostics)));
     assert_eq!(program.cases.len(), 1);
@@ -147,7 +146,9 @@ fn one_case_can_be_asked_for_and_a_set_may_name_a_case() {
 #[test]
 fn cases_that_start_from_each_other_are_refused() {
     let weave = |name: &str, from: &str| {
-        format!("case {name} {{ weave ply {{ cell = final({from}.ply); size = [1, 1] mm }}\nrun r {{ duration = 1 s }} }}\n")
+        format!(
+            "case {name} {{ weave ply {{ cell = final({from}.ply); size = [1, 1] mm }}\nrun r {{ duration = 1 s }} }}\n"
+        )
     };
     let text = weave("a", "b") + &weave("b", "a");
     assert!(codes(&text).contains(&"E0511"), "{:?}", codes(&text));
@@ -155,7 +156,9 @@ fn cases_that_start_from_each_other_are_refused() {
 
 #[test]
 fn quick_sizes_are_taken_when_asked_for() {
-    let text = format!("{RUN}param n = 4 in 1 .. 9\nbody b[i] for i in 0 ..< n {{ shape = point; mass = 1 g }}\nquick {{ n = 2; fall.duration = 1 ms }}\n");
+    let text = format!(
+        "{RUN}param n = 4 in 1 .. 9\nbody b[i] for i in 0 ..< n {{ shape = point; mass = 1 g }}\nquick {{ n = 2; fall.duration = 1 ms }}\n"
+    );
     assert_eq!(bodies(&program(&text), 0).len(), 4);
     let (_, quick, _) = run_with(&text, &Options { quick: true, ..Options::default() });
     let quick = quick.unwrap();

@@ -59,7 +59,10 @@ fn every_rule_has_its_code() {
         ("expect 1 > 0 and t > 0 s\n", "E06"),
         ("body b { shape = point; mass = 1 g\n  let x = 3 }\nrun fall { duration = 1 s }", "E0406"),
         ("body b { shape = sphere(1 mm, 2 mm); mass = 1 g }\nrun fall { duration = 1 s }", "E0415"),
-        ("yarn y[i] for i in 0 .. 3 { fibre = fibres.kevlar29; diameter = 1 mm }\nbody b { shape = point; mass = 1 g }\nrun fall { duration = 1 s }", "E0414"),
+        (
+            "yarn y[i] for i in 0 .. 3 { fibre = fibres.kevlar29; diameter = 1 mm }\nbody b { shape = point; mass = 1 g }\nrun fall { duration = 1 s }",
+            "E0414",
+        ),
         ("use std.drap\nbody b { shape = point; mass = 1 g }\nrun fall { duration = 1 s }", "E0205"),
         ("use nowhere\nbody b { shape = point; mass = 1 g }\nrun fall { duration = 1 s }", "E0205"),
         ("case a { }\ncase b = c { }\nbody b2 { shape = point; mass = 1 g }\nrun fall { duration = 1 s }", "E0517"),
@@ -68,7 +71,10 @@ fn every_rule_has_its_code() {
         ("component c() is nonsense { }\nbody b = c\nrun fall { duration = 1 s }", "E0402"),
         ("weave w { pattern = weaves.plain; size = [1, 1] mm }\nrun fall { duration = 1 s }", "E0403"),
         ("body b { shape = point; mass = 1 g; position = b.position }\nrun fall { duration = 1 s }", "E06"),
-        ("weave w { pattern = twill(1, 1, 2); warp = yarns.km2_600; weft = yarns.km2_600; sett = 10 /cm; size = [1, 1] mm }\nrun fall { duration = 1 s }", "E0701"),
+        (
+            "weave w { pattern = twill(1, 1, 2); warp = yarns.km2_600; weft = yarns.km2_600; sett = 10 /cm; size = [1, 1] mm }\nrun fall { duration = 1 s }",
+            "E0701",
+        ),
     ];
     for (text, code) in cases {
         let found = codes(text);
@@ -79,7 +85,9 @@ fn every_rule_has_its_code() {
 
 #[test]
 fn what_is_unused_is_a_warning_and_only_in_a_file_without_errors() {
-    let text = format!("{RUN}body b {{ shape = point; mass = 1 g }}\nlet a = 3 mm\nparam p = 2 m\nfn f(x: Length): Length = 2 * x\nyarn y = yarns.km2_600\n");
+    let text = format!(
+        "{RUN}body b {{ shape = point; mass = 1 g }}\nlet a = 3 mm\nparam p = 2 m\nfn f(x: Length): Length = 2 * x\nyarn y = yarns.km2_600\n"
+    );
     assert_eq!(codes(&text), ["W0210"; 4]);
     assert_eq!(codes(&format!("{text}body c {{ }}\n")), ["E0403"]);
     assert_eq!(codes(&format!("{RUN}body b {{ shape = point; mass = 1 g }}\nexpect 2 > 1\n")), ["W0620"]);
@@ -87,7 +95,8 @@ fn what_is_unused_is_a_warning_and_only_in_a_file_without_errors() {
 
 #[test]
 fn reserved_kinds_are_checked_and_then_said_to_wait() {
-    let text = |cell: &str| format!("{RUN}cloth c {{ fabric = fabrics.cotton_sheet; shape = disc(1 m); cell = {cell} }}\n");
+    let text =
+        |cell: &str| format!("{RUN}cloth c {{ fabric = fabrics.cotton_sheet; shape = disc(1 m); cell = {cell} }}\n");
     assert_eq!(codes(&text("10 mm")), ["W0450"]);
     let found = codes(&text("10 kg"));
     assert!(found.iter().any(|code| code.starts_with("E03")), "{found:?}");
@@ -99,7 +108,15 @@ fn hostile_files_are_refused_without_a_panic() {
     let chain: String = (0..3000).map(|i| format!("let a{i} = a{}\n", i + 1)).collect();
     let grow = "component c(n: Count) is body { shape = point; mass = 1 g; body l = c { n = n + 1 }; body r = c { n = n + 1 } }\nbody x = c { n = 1 }\n";
     let many = "body b[i] for i in 0 .. 1e9 { shape = point; mass = 1 g }\n";
-    for text in [deep.as_str(), chain.as_str(), grow, many, "let a = a\n", "kind a is b { }\nkind b is a { }\n", "case a = b { }\ncase b = a { }\n"] {
+    for text in [
+        deep.as_str(),
+        chain.as_str(),
+        grow,
+        many,
+        "let a = a\n",
+        "kind a is b { }\nkind b is a { }\n",
+        "case a = b { }\ncase b = a { }\n",
+    ] {
         let _ = run(text);
     }
 }

@@ -22,7 +22,8 @@ fn every_scene_of_the_design_checks_with_no_more_than_waiting_kinds() {
             let options = Options { quick, ..Options::default() };
             let program = check(&mut sources, file, &options, &mut diagnostics);
             // Scene 21 declares a function only to show how.
-            diagnostics.retain(|d| d.code.0 != "W0450" && !(d.code.0 == "W0210" && path.ends_with("21_component.chute")));
+            diagnostics
+                .retain(|d| d.code.0 != "W0450" && !(d.code.0 == "W0210" && path.ends_with("21_component.chute")));
             assert!(program.is_some() && diagnostics.is_empty(), "{path:?}\n{}", listed(&sources, &diagnostics));
         }
     }
@@ -41,7 +42,9 @@ fn scenes_named() {
         println!("== {path}: {} in {:?}", if program.is_some() { "checks" } else { "refused" }, start.elapsed());
         for d in &diagnostics {
             println!("{}", listed(&sources, std::slice::from_ref(d)).trim_end());
-            d.labels.iter().for_each(|l| println!("     {}: {} [{}]", sources.place(l.span), l.text, sources.text(l.span)));
+            d.labels
+                .iter()
+                .for_each(|l| println!("     {}: {} [{}]", sources.place(l.span), l.text, sources.text(l.span)));
             d.notes.iter().for_each(|note| println!("     note: {note}"));
         }
     }
