@@ -50,7 +50,7 @@ fn split_sets(sets: &[String], diagnostics: &mut Vec<Diagnostic>) -> Option<Vec<
         match set.split_once('=') {
             Some((path, value)) => split.push((path.trim().to_string(), value.trim().to_string())),
             None => diagnostics.push(
-                Diagnostic::placeless("E0501", Severity::Error, format!("`--set {set}` has no `=`"))
+                Diagnostic::placeless("E0505", Severity::Error, format!("`--set {set}` has no `=`"))
                     .note("Write `--set path=value`, for example `--set speed='300 m/s'`."),
             ),
         }

@@ -2,6 +2,7 @@
 
 mod check;
 mod execute;
+mod explain;
 mod fmt;
 mod front;
 mod new;
@@ -31,6 +32,8 @@ enum Command {
     Run(run::Arguments),
     /// Run scenes at their quick sizes and judge their expectations.
     Test(test::Arguments),
+    /// Explain the code of a message, such as E0312.
+    Explain(explain::Arguments),
     /// Format scene files in place.
     Fmt(fmt::Arguments),
     /// Write a first scene to start from.
@@ -63,6 +66,7 @@ pub fn main() -> ExitCode {
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Run(arguments) => run::run(&arguments),
         Command::Test(arguments) => test::run(&arguments),
+        Command::Explain(arguments) => explain::run(&arguments),
         Command::Fmt(arguments) => fmt::run(&arguments),
         Command::New(arguments) => new::run(&arguments),
     };

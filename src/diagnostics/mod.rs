@@ -3,6 +3,7 @@
 //! Rooms only make diagnostics; a renderer draws them (miette for people, JSON for tools) at the edge, and
 //! `ripstop explain` has a page for every code.
 
+pub mod explain;
 pub mod render;
 mod source;
 

@@ -209,7 +209,10 @@ impl Mentions<'_> {
                 self.expr(index);
             }
             ExprNode::Call { function, arguments } => {
-                self.expr(function);
+                // A case is never called: `cone(…)` is the shape, whatever a case is called.
+                if !matches!(function.node, ExprNode::Name(_)) {
+                    self.expr(function);
+                }
                 arguments.iter().for_each(|argument| self.expr(&argument.value));
             }
             ExprNode::List { elements, .. } => elements.iter().for_each(|element| self.expr(element)),

@@ -257,6 +257,16 @@ impl<'t> File<'t> {
 
     fn open_uses(&mut self, module: &Module, scope: ScopeId) {
         let e = &mut self.elaborator;
+        // A module that was not found is told once; its name then stands for anything.
+        for item in &module.tree.items {
+            if let ItemNode::Use { path } = &item.node
+                && let Some(last) = path.last()
+                && !module.uses.iter().any(|(opened, _)| *opened == last.text)
+                && !e.closed.contains_key(last.text.as_str())
+            {
+                e.add_decl(scope, last, Node::Broken);
+            }
+        }
         for (name, _) in &module.uses {
             let name: Rc<str> = name.as_str().into();
             if let Some(opened) = e.closed.get(&name).or_else(|| e.modules.get(&name)).copied() {

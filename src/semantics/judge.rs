@@ -10,7 +10,7 @@ use super::check::File;
 use super::elaborate::{DeclId, DeclState, Elaborator, InstanceId, Node, StageId, is_placed, map_reads, signal_from};
 use super::eval::{self, Env};
 use super::types;
-use super::value::{Object, ScopeId, Value};
+use super::value::{Function, Object, ScopeId, Value};
 
 impl<'t> File<'t> {
     /// The program, or None where a stage could not be lowered.
@@ -191,7 +191,9 @@ impl<'t> Elaborator<'t> {
     fn starts_from(&mut self, object: &Object, stage: StageId, needs: &mut BTreeSet<u32>) {
         for slot in object.fields.values() {
             let Value::State { case, .. } = slot.value else { continue };
-            if case.0 >= stage.0 {
+            if case.0 >= stage.0 && self.diagnostics.iter().any(|problem| problem.code.0 == "E0511") {
+                // The circle is told already.
+            } else if case.0 >= stage.0 {
                 let here = self.stage_of(stage).name.clone().unwrap_or_else(|| "the file".into());
                 let message = format!("`{here}` cannot start from a result that only comes with or after it");
                 self.tell(Diagnostic::error("E0511", message, slot.origin.span, "needed here"));
@@ -207,7 +209,7 @@ impl<'t> Elaborator<'t> {
         for decl in self.decls_in(scope) {
             let span = self.decl(decl).span;
             let wanted = match self.decl(decl).node {
-                Node::Let { .. } | Node::Param { .. } | Node::Component { .. } => true,
+                Node::Let { .. } | Node::Param { .. } | Node::Component { .. } | Node::Function { .. } => true,
                 Node::Block { .. } => matches!(self.decl(decl).state, DeclState::Fresh),
                 _ => false,
             };
@@ -215,7 +217,10 @@ impl<'t> Elaborator<'t> {
                 continue;
             }
             let used = self.used.contains(&span);
-            self.value_of(decl, span);
+            let value = self.value_of(decl, span);
+            if let Value::Function(Function::Closure(closure)) = &value {
+                eval::look_over(self, closure);
+            }
             if !used {
                 self.used.remove(&span);
             }

@@ -213,8 +213,10 @@ impl Loading<'_> {
     }
 
     fn unknown_library_module(&mut self, name: &Name) {
-        let names: Vec<&str> =
+        let mut names: Vec<&str> =
             self.library.iter().filter(|m| m.place != Place::Prelude).map(|m| m.name.as_str()).collect();
+        names.sort_unstable();
+        names.dedup();
         let mut problem = Diagnostic::error(
             "E0205",
             format!("the standard library has no module `{}`", name.text),

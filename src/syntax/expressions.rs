@@ -191,6 +191,7 @@ impl Builder<'_, '_> {
                         _ => "write `a < b and b < c`, or `b in a .. c`",
                     }),
             );
+            return Built::plain(left.expr.span.to(right.expr.span), ExprNode::Broken);
         }
         if operator == BinaryOp::Power && !left.grouped && has_unit(&left.expr) {
             self.say(power_of_literal(left.expr.span, "does the power belong to the unit or to the quantity?"));
@@ -248,8 +249,11 @@ impl Builder<'_, '_> {
             format!("`{symbol}` has a blank on one side only"),
             span,
             if before { "no blank behind it" } else { "no blank before it" },
-        )
-        .fix(format!("put blanks on both sides of `{symbol}`"), missing, " ");
+        );
+        // `0 -9.8` may be a difference or two elements without their comma.
+        if symbol != "-" || !before {
+            diagnostic = diagnostic.fix(format!("put blanks on both sides of `{symbol}`"), missing, " ");
+        }
         if symbol == "-" && before {
             diagnostic =
                 diagnostic.note("elements of a list are parted by commas: `[0, -9.8]`; a difference is `a - b`");

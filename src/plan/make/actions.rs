@@ -60,7 +60,11 @@ impl Maker<'_> {
                     None => chosen.push((domain, nodes)),
                 },
                 Err(found) => {
-                    self.diagnostics.push(*found);
+                    // What could not be planned is told where that failed, not again at all that speaks of it.
+                    let unplanned = self.place_of(term.item).is_none() && self.is_of_yarns(term.item);
+                    if !unplanned {
+                        self.diagnostics.push(*found);
+                    }
                     return None;
                 }
             }
@@ -75,6 +79,12 @@ impl Maker<'_> {
             return None;
         }
         Some(sets)
+    }
+
+    /// Whether an item has nodes as soon as it is planned.
+    fn is_of_yarns(&self, item: crate::scene::ItemId) -> bool {
+        use crate::scene::ItemBody;
+        matches!(self.scene.item(item).body, ItemBody::Weave(_) | ItemBody::Strand(_) | ItemBody::Reserved(_))
     }
 
     fn term_nodes(&self, term: &SelectionTerm) -> Result<(u32, Vec<u32>), Box<Diagnostic>> {

@@ -53,7 +53,12 @@ pub fn make(
         maker.refuse_unknown_keeps();
     }
     let failed = maker.diagnostics.iter().any(Diagnostic::is_error);
-    diagnostics.append(&mut maker.diagnostics);
+    // Warp and weft of one yarn, and cases of one file, would say the same twice.
+    for found in maker.diagnostics {
+        if !diagnostics.contains(&found) {
+            diagnostics.push(found);
+        }
+    }
     if failed {
         return None;
     }
@@ -89,14 +94,25 @@ impl<'a> Maker<'a> {
 
     /// Items of kinds that nothing runs yet stop the plan at their line.
     fn refuse_reserved(&mut self) {
-        for item in &self.scene.items {
-            if let ItemBody::Reserved(until) = &item.body {
-                let message = format!("`{}` is a {}, which is not available yet", item.name, item.kind);
-                let found = Diagnostic::error("E0850", message, item.span, "cannot run")
-                    .note(format!("It waits for {until}. `ripstop check` already checks what you wrote."));
-                self.diagnostics.push(found);
-            }
-        }
+        let waiting: Vec<&Item> =
+            self.scene.items.iter().filter(|item| matches!(item.body, ItemBody::Reserved(_))).collect();
+        let Some(first) = waiting.first() else { return };
+        let ItemBody::Reserved(until) = &first.body else { return };
+        let message = match waiting.len() {
+            1 => format!("this scene cannot run yet: `{}` waits for {until}", first.name),
+            count => format!("this scene cannot run yet: `{}` and {} more wait for their solvers", first.name, count - 1),
+        };
+        let found = Diagnostic::error("E0850", message, self.headline(first.span), "not available yet")
+            .note("`ripstop check` already checks all that is written.");
+        self.diagnostics.push(found);
+    }
+
+    /// The first line of a block up to its brace: enough to find it.
+    fn headline(&self, block: Span) -> Span {
+        let text = self.sources.text(block);
+        let line = text.lines().next().unwrap_or_default();
+        let head = if text.contains('\n') { line.trim_end_matches(['{', ' ']) } else { line };
+        Span { end: block.start + head.len() as u32, ..block }
     }
 
     fn run_item(&mut self) -> Option<(&'a Item, &'a Run)> {

@@ -140,18 +140,23 @@ impl Maker<'_> {
         }
         if *fibre.modulus > 2e12 || (*fibre.modulus > 0.0 && *fibre.modulus < 1e6) {
             let message = format!("a fibre modulus of {} GPa is not that of any fibre", *fibre.modulus / 1e9);
-            let found = Diagnostic::warning("W0716", message, fibre.modulus.span(), "")
+            let found = Diagnostic::warning("W0716", message, fibre.modulus.span(), "is the unit right?")
                 .note("Para-aramid has 70 to 130 GPa, nylon 3 to 10 GPa, carbon up to 900 GPa.");
             self.diagnostics.push(found);
         }
         if *fibre.density > 9000.0 || (*fibre.density > 0.0 && *fibre.density < 500.0) {
             let message = format!("a fibre density of {} kg/m^3 is not that of any fibre", *fibre.density);
-            self.diagnostics.push(Diagnostic::warning("W0717", message, fibre.density.span(), ""));
+            let found = Diagnostic::warning("W0717", message, fibre.density.span(), "is the unit right?")
+                .note("Polyethylene has 0.97 g/cm^3, para-aramid 1.44, glass 2.6, steel 7.8; 1 g/cm^3 is 1000 kg/m^3.");
+            self.diagnostics.push(found);
         }
         if fibre_area > 1e-4 {
             let message = format!("yarn `{}` is {:.1} mm thick", yarn.name, (4.0 * fibre_area / PI).sqrt() * 1e3);
-            let found = Diagnostic::warning("W0718", message, yarn.packing.span(), "")
-                .note("Check the unit of its size: yarns are usually thinner than 2 mm.");
+            let size = match &yarn.size {
+                YarnSize::LinearDensity(given) | YarnSize::Diameter(given) => given.span(),
+            };
+            let found = Diagnostic::warning("W0718", message, size, "more like a rope")
+                .note("Check the unit of its size: yarns are usually thinner than 2 mm; 1 g/m is 1000 tex.");
             self.diagnostics.push(found);
         }
     }

@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use crate::diagnostics::{Diagnostic, Span};
 use crate::scene::How;
-use crate::semantics::eval::{self, Env};
+use crate::semantics::eval::{self, Env, World};
 use crate::semantics::value::{ScopeId, Value};
 use crate::syntax::tree::{self, ItemNode, Step};
 
@@ -64,10 +64,17 @@ impl Assignment<'_> {
 impl<'t> Elaborator<'t> {
     /// Takes every `path = value` among the items of a file, case or loop body.
     pub fn gather_changes(&mut self, items: &'t [tree::Item], scope: ScopeId, layer: u32) {
+        // Behind a header whose brace is missing stand the fields of its block, not changes.
+        let mut in_broken = false;
         for item in items {
-            if matches!(item.node, ItemNode::Field { .. }) {
-                let how = self.scope(scope).how;
-                self.add_change(Written::Tree(item), scope, how, layer);
+            match &item.node {
+                ItemNode::Field { .. } if in_broken => {}
+                ItemNode::Field { .. } => {
+                    let how = self.scope(scope).how;
+                    self.add_change(Written::Tree(item), scope, how, layer);
+                }
+                ItemNode::Broken { keyword, name } => in_broken = keyword.is_some() && name.is_some(),
+                _ => in_broken = false,
             }
         }
     }
@@ -138,13 +145,14 @@ impl<'t> Elaborator<'t> {
     fn changes_nothing_known(&mut self, name: &str, span: Span, scope: ScopeId) {
         let mut problem = Diagnostic::error("E0501", format!("nothing here is called `{name}`"), span, "not declared");
         let names = self.declared_names(scope);
-        let holder = ["run", "body", "weave", "strand", "contact", "fix", "pull", "yarn"]
-            .into_iter()
-            .find(|kind| self.kinds.get(kind).is_some_and(|kind| kind.field(name).is_some()));
+        let here: Vec<String> = self.declared_here(scope).iter().map(|name| format!("`{name}`")).collect();
+        let dotted = self.texts.get(&span.file).is_some_and(|text| text[span.end as usize..].starts_with(['.', '[']));
         if let Some(near) = eval::nearest(name, names.iter().map(String::as_str)) {
-            problem = problem.fix(format!("write `{near}`"), span, near);
-        } else if let Some(kind) = holder {
+            problem = problem.note(format!("did you mean `{near}`?")).fix(format!("write `{near}`"), span, near);
+        } else if let Some(kind) = self.kind_with(name).filter(|_| !dotted) {
             problem = problem.note(format!("`{name}` is a field of `{kind}`: write it inside that block's `{{ }}`"));
+        } else if dotted && (1..=24).contains(&here.len()) {
+            problem = problem.note(format!("the file declares {}", here.join(", ")));
         } else {
             problem = problem.note(
                 "`name = value` outside a block changes a param, `item.field = value` a field; a new name needs `let`",

@@ -141,6 +141,16 @@ impl<'t> Elaborator<'t> {
 
     /// Adds a name that already has its value: a loop variable.
     pub fn bind(&mut self, scope: ScopeId, name: &tree::Name, value: Value) {
+        let outer = self.scope(scope).parent.and_then(|outer| self.find(&name.text, outer));
+        if let Some(hidden) = outer.map(|id| self.decl(id))
+            && self.scope(scope).how == How::Written
+            && self.scope(hidden.scope).how == How::Written
+            && !value.is_poison()
+        {
+            let message = format!("this `{0}` hides the `{0}` of the file", name.text);
+            let problem = Diagnostic::advice("W0211", message, name.span, "means another value from here on");
+            self.tell(problem.also(hidden.span, "hidden").note("give the inner one another name"));
+        }
         if let Some(decl) = self.add_decl(scope, name, Node::Bound) {
             self.decl_mut(decl).state = DeclState::Value(value);
         }

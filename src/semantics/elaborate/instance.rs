@@ -62,34 +62,66 @@ impl<'t> Elaborator<'t> {
         for field in kind.fields.iter().filter(|field| field.settable()) {
             fields.insert(field.name.to_string(), self.field_slot(id, field, span));
         }
-        self.report_missing(id);
+        for lacking in self.report_missing(id) {
+            // Its absence is told: nothing shall be said of what follows from it.
+            if let Some(slot) = fields.get_mut(&lacking) {
+                slot.value = Value::Poison;
+            }
+        }
         let name = self.instance(id).name.clone();
         Value::Object(Rc::new(Object { kind: kind.name.clone(), name, span, fields }))
     }
 
-    /// One diagnostic for all that an instance should have been given.
-    fn report_missing(&mut self, id: InstanceId) {
+    /// One diagnostic for all that an instance should have been given, unless a mistake in its block explains it. Gives
+    /// the first name of each that lacks.
+    fn report_missing(&mut self, id: InstanceId) -> Vec<String> {
         let mut missing = std::mem::take(&mut self.instance_mut(id).missing);
+        let first = |what: &String| what.trim_start_matches('`').split('`').next().unwrap_or_default().to_owned();
+        let all: Vec<String> = missing.iter().map(first).collect();
         // The misspelt name is reported already.
         missing.retain(|what| !self.instance(id).meant.iter().any(|name| what.contains(&format!("`{name}`"))));
         let instance = self.instance(id);
-        if missing.is_empty() || instance.template {
-            return;
+        if instance.template {
+            return Vec::new();
+        }
+        if missing.is_empty() || self.explained(instance.span, &missing) {
+            return all;
         }
         let (kind, name, span) = (instance.kind.clone(), instance.name.clone(), instance.span);
         let called = if *kind.name == *name { format!("`{name}`") } else { format!("`{} {name}`", kind.name) };
         let message = format!("{called} needs {}", join_and(&missing));
         let label = if missing.len() == 1 { "not given" } else { "these are not given" };
-        let mut problem = Diagnostic::error("E0403", message, span, label);
-        for what in missing.iter().take(3) {
-            let first = what.trim_start_matches('`').split('`').next().unwrap_or_default();
-            if let Some(field) = kind.field(first)
+        let mut problem = Diagnostic::error("E0403", message, self.headline(span), label);
+        for first in missing.iter().map(first).take(3) {
+            if let Some(field) = kind.field(&first)
                 && let Some(line) = field.doc.lines().next()
             {
                 problem = problem.note(format!("`{first}`: {line}"));
             }
         }
         self.tell(problem);
+        all
+    }
+
+    /// Whether a mistake told inside a block explains what the block lacks: a piece that does not parse, or a field whose
+    /// name was meant to be one of `missing`.
+    pub fn explained(&self, block: Span, missing: &[impl AsRef<str>]) -> bool {
+        let inside = |span: Span| span.file == block.file && span.start >= block.start && span.end <= block.end;
+        let meant = |problem: &Diagnostic| {
+            let edits = problem.fix.iter().flat_map(|fix| &fix.edits);
+            edits.into_iter().any(|edit| missing.iter().any(|what| what.as_ref().contains(&format!("`{}`", edit.text))))
+        };
+        self.diagnostics.iter().filter(|problem| problem.span().is_some_and(inside)).any(|problem| {
+            problem.is_error() && problem.code.0.starts_with("E01") || problem.code.0 == "E0401" && meant(problem)
+        })
+    }
+
+    /// The first line of a block up to its brace: enough to find it.
+    pub fn headline(&self, block: Span) -> Span {
+        let text = self.texts.get(&block.file).and_then(|text| text.get(block.range())).unwrap_or_default();
+        let line = text.lines().next().unwrap_or_default();
+        let head = if text.contains('\n') { line.trim_end_matches(['{', ' ']) } else { line };
+        Span { end: block.start + head.len() as u32, ..block }
     }
 
     /// Reports what was written and cannot be set: unknown names, outputs, parts.
@@ -148,15 +180,14 @@ impl<'t> Elaborator<'t> {
         known.extend(kind.settable_names().map(str::to_owned));
         let message = format!("`{}` has no field `{name}`", kind.name);
         let mut problem = Diagnostic::error("E0401", message, span, "unknown field");
-        if let Some(near) = eval::nearest(name, known.iter().map(String::as_str)) {
-            problem = problem.fix(format!("write `{near}`"), span, near);
-            let near = near.to_owned();
-            self.instance_mut(id).meant.push(near);
-        }
-        problem = problem.note(match known.is_empty() {
-            true => format!("`{}` has no fields", kind.name),
-            false => format!("it has {}", known.join(", ")),
-        });
+        problem = match eval::nearest(name, known.iter().map(String::as_str)) {
+            Some(near) => {
+                self.instance_mut(id).meant.push(near.to_owned());
+                problem.note(format!("did you mean `{near}`?")).fix(format!("write `{near}`"), span, near)
+            }
+            None if known.is_empty() => problem.note(format!("`{}` has no fields", kind.name)),
+            None => problem.note(format!("it has {}", known.join(", "))),
+        };
         self.tell(problem);
     }
 }

@@ -1,6 +1,6 @@
 //! Params: a value that may be varied from outside, within bounds.
 
-use crate::diagnostics::Diagnostic;
+use crate::diagnostics::{Diagnostic, Span};
 use crate::scene::{How, Origin};
 use crate::semantics::eval::{self, Env};
 use crate::semantics::types::{self, Place, Type};
@@ -29,7 +29,7 @@ impl<'t> Elaborator<'t> {
             return Value::Poison;
         }
         let ty = declared.unwrap_or_else(|| self.type_of(&default));
-        let bounds = bounds.map(|written| (written, self.bounds_value(&env, written, &ty)));
+        let bounds = bounds.map(|written| (written, self.bounds_value(&env, written, &ty, &name, (&default, value.span))));
         let mut slot = Slot { value: default, origin };
         self.check_bounds(&name, &slot, bounds.as_ref());
         changes.iter().for_each(Assignment::hit);
@@ -90,14 +90,41 @@ impl<'t> Elaborator<'t> {
         }
     }
 
-    fn bounds_value(&mut self, env: &Env, bounds: &tree::Expr, ty: &Type) -> Value {
+    fn bounds_value(&mut self, env: &Env, bounds: &tree::Expr, ty: &Type, name: &str, default: (&Value, Span)) -> Value {
         let origin = Origin { span: bounds.span, how: self.scope(env.scope).how };
         let place = Place { name: "bounds", origin };
         let wanted = match bounds.node {
-            ExprNode::List { .. } => Type::List { of: Box::new(ty.clone()), count: None },
+            ExprNode::List { .. } => return self.listed_bounds(env, bounds, ty, &place),
             _ => Type::Range(Box::new(ty.clone())),
         };
-        eval::evaluate_as(self, env, bounds, &wanted, &place)
+        let (default, written) = default;
+        let value = eval::evaluate(self, env, bounds);
+        let Value::Range(range) = &value else { return types::coerce(self, value, &wanted, &place) };
+        let (Value::Number(from), Value::Number(to)) = (&range.from, &range.to) else {
+            return types::coerce(self, value, &wanted, &place);
+        };
+        if let Value::Number(default) = default
+            && default.dimension != from.dimension
+        {
+            let (is, bound) = (self.units.a(default.dimension), self.units.a(from.dimension));
+            let message = format!("`{name}` is {is}, and its bounds are each {bound}");
+            let problem = Diagnostic::error("E0312", message, bounds.span, bound).also(written, is);
+            self.tell(problem.note("the default and both bounds are of one dimension"));
+            return Value::Poison;
+        }
+        if from.si > to.si {
+            let (first, last) = (types::show_value(self, &range.from), types::show_value(self, &range.to));
+            let message = format!("the bounds of `{name}` run backwards, from {first} down to {last}");
+            let problem = Diagnostic::error("E0504", message, bounds.span, "no value lies between them");
+            self.tell(problem.fix("exchange them", bounds.span, format!("{last} .. {first}")));
+            return Value::Poison;
+        }
+        types::coerce(self, value, &wanted, &place)
+    }
+
+    fn listed_bounds(&mut self, env: &Env, bounds: &tree::Expr, ty: &Type, place: &Place) -> Value {
+        let wanted = Type::List { of: Box::new(ty.clone()), count: None };
+        eval::evaluate_as(self, env, bounds, &wanted, place)
     }
 
     fn check_bounds(&mut self, name: &str, slot: &Slot, bounds: Option<&(&tree::Expr, Value)>) {

@@ -111,6 +111,11 @@ impl World for Elaborator<'_> {
         Some(Value::Object(Rc::new(Object { kind: "outline".into(), name: "outline".into(), span, fields })))
     }
 
+    fn kind_with(&self, field: &str) -> Option<&'static str> {
+        let common = ["run", "body", "weave", "strand", "contact", "fix", "pull", "yarn", "fibre", "cloth"];
+        common.into_iter().find(|kind| self.kinds.get(kind).is_some_and(|kind| kind.field(field).is_some()))
+    }
+
     fn read_text(&mut self, path: &str, span: Span) -> Option<Rc<str>> {
         let full = self.folders.get(&span.file).cloned().unwrap_or_default().join(path);
         match std::fs::read_to_string(&full) {

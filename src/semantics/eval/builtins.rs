@@ -76,7 +76,10 @@ impl Call<'_> {
         world.report(match nearest(name, named.iter().copied()) {
             Some(near) => diagnostic.note(format!("did you mean `{near}`?")),
             None if named.is_empty() => diagnostic,
-            None => diagnostic.note(format!("it may have {}", named.join(", "))),
+            None => {
+                let known: Vec<String> = named.iter().map(|name| format!("`{name}`")).collect();
+                diagnostic.note(format!("it takes {}", known.join(", ")))
+            }
         });
         None
     }

@@ -60,6 +60,25 @@ pub fn apply(world: &mut dyn World, function: &Function, arguments: &[Value], sp
     invoke(world, function, Arguments { positional, named: Vec::new() }, span)
 }
 
+/// Looks over the body of a function that nothing calls, for unknown names and units. What depends on its parameters is
+/// not known and so not judged.
+pub fn look_over(world: &mut dyn World, closure: &Closure) {
+    let mut env = Env::new(closure.scope);
+    for (name, value) in &closure.captured {
+        env = env.with(name, value.clone());
+    }
+    for param in &closure.params {
+        if let Some(ty) = &param.ty {
+            resolve(world, ty);
+        }
+        env = env.with(&param.name.text, Value::Poison);
+    }
+    if let Some(ty) = &closure.result {
+        resolve(world, ty);
+    }
+    evaluate(world, &env, &closure.body);
+}
+
 fn invoke(world: &mut dyn World, function: &Function, arguments: Arguments, span: Span) -> Value {
     if arguments.any_poison() {
         return Value::Poison;

@@ -24,7 +24,7 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 
 pub use super::nearest::nearest;
-pub use calls::apply;
+pub use calls::{apply, look_over};
 pub use lists::{elements, index};
 pub use members::member;
 #[cfg(test)]

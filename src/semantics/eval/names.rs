@@ -82,6 +82,20 @@ fn unknown(world: &dyn World, env: &Env, name: &str, span: Span, expected: Optio
             _ => {}
         }
     }
+    let switch = match name {
+        "yes" | "on" | "True" | "TRUE" => Some("true"),
+        "no" | "off" | "False" | "FALSE" => Some("false"),
+        _ => None,
+    };
+    if let Some(switch) = switch {
+        return Diagnostic::error("E0201", format!("nothing is called `{name}` here"), span, "unknown name")
+            .note(format!("a switch is `true` or `false`: did you mean `{switch}`?"))
+            .fix(format!("write `{switch}`"), span, switch);
+    }
+    if world.units().knows(name) {
+        return Diagnostic::error("E0201", format!("nothing is called `{name}` here"), span, "a unit, with no number before it")
+            .note(format!("`{name}` is a unit. A unit follows its number and has no blanks inside: `4 m/s^2`, `1 {name}`"));
+    }
     let mut known = choices.clone();
     known.extend(env.locals.captured().into_keys());
     known.extend(world.names(env.scope));
@@ -92,6 +106,11 @@ fn unknown(world: &dyn World, env: &Env, name: &str, span: Span, expected: Optio
     }
     if matches!(name, "x" | "y" | "z") {
         return diagnostic.note("`x`, `y`, `z` are known inside `… where …` alone");
+    }
+    if let Some(kind) = world.kind_with(name) {
+        return diagnostic.note(format!(
+            "`{name}` is a field of `{kind}`, and fields do not see each other: name the value by `let` and use that in both"
+        ));
     }
     if choices.is_empty() || choices.len() > 24 {
         return diagnostic;

@@ -81,6 +81,9 @@ fn reduced(world: &mut dyn World, call: &Call, op: TimeOp, value: &Value, at: Sp
                 Value::Item(_) | Value::Items(_) | Value::Selection(_) => {
                     diagnostic.note("read an output of it, such as `part.energy`")
                 }
+                Value::Number(_) | Value::Truth(_) => {
+                    diagnostic.note(format!("its value is the same all the time: leave `{}` out", call.name))
+                }
                 _ => diagnostic,
             });
             Value::Poison

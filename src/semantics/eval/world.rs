@@ -47,6 +47,10 @@ pub trait World {
     /// `wif("twill.wif")`: a draft, or Poison with a report.
     fn draft_file(&mut self, path: &str, span: Span) -> Value;
 
+    /// A common kind of block that has a field of this name, for messages.
+    fn kind_with(&self, _field: &str) -> Option<&'static str> {
+        None
+    }
     /// The source text of a span, for messages.
     fn source(&self, _span: Span) -> Option<String> {
         None

@@ -11,8 +11,7 @@ pub fn draft_of(object: &Object) -> Result<Draft, String> {
     let drawn = match &*object.kind {
         "drawdown" => return drawdown(object),
         "twill" => Drawn::twill(count("up")?, count("down")?, count("step")?),
-        // The library's satin is weft-faced: one warp float in each pick.
-        "satin" => Drawn::satin(count("ends")?, count("counter")?).map(Drawn::inverse),
+        "satin" => Drawn::satin(count("ends")?, count("counter")?),
         "grouped" => Drawn::basket(count("ends")?, count("picks")?),
         "ripstop_grid" => Drawn::ripstop(count("ground")?, count("heavy")?),
         "tied_up" => {
@@ -30,7 +29,8 @@ pub fn draft_of(object: &Object) -> Result<Draft, String> {
         }
         other => return Err(format!("a draft by `{other}` is not available yet")),
     };
-    drawn.map(|drawn| from_drawn(&object.name, drawn)).map_err(|error| error.to_string())
+    let held = drawn.and_then(Drawn::interlaced);
+    held.map(|drawn| from_drawn(&object.name, drawn)).map_err(|error| error.to_string())
 }
 
 /// A draft from the text of a WIF file.
@@ -59,17 +59,22 @@ fn drawdown(object: &Object) -> Result<Draft, String> {
     let mut up = Vec::with_capacity(rows.len() * ends);
     for (pick, row) in rows.iter().enumerate() {
         if row.len() != ends {
-            return Err(format!("row {pick} has {} ends and the first has {ends}", row.len()));
+            return Err(format!("row {} has {} ends and the first has {ends}", pick + 1, row.len()));
         }
         for mark in row {
             match mark {
                 0 => up.push(false),
                 1 => up.push(true),
-                other => return Err(format!("row {pick} holds {other}: 1 is warp over weft, 0 is weft over warp")),
+                other => {
+                    let row = pick + 1;
+                    return Err(format!("row {row} holds {other}: 1 is warp over weft, 0 is weft over warp"));
+                }
             }
         }
     }
     let picks = rows.len();
+    let drawn = Drawn { ends, picks, up, end_colours: vec![1; ends], pick_colours: vec![1; picks] };
+    let up = drawn.interlaced().map_err(|error| error.to_string())?.up;
     Ok(Draft {
         name: object.name.to_string(),
         ends: ends as u32,

@@ -10,7 +10,8 @@ use crate::diagnostics::{Diagnostic, Span};
 use crate::scene::{How, ItemBody};
 
 use super::elaborate::Elaborator;
-use super::value::{Object, Slot, Value};
+use super::eval;
+use super::value::{Function, Object, Slot, Value};
 
 pub use de::{LowerError, from_object};
 pub use draft::{draft_from_wif, draft_of};
@@ -33,8 +34,14 @@ impl Elaborator<'_> {
     /// The typed form of an item; None where it has errors, which are then reported.
     pub fn lower_item(&mut self, object: &Object, span: Span) -> Option<ItemBody> {
         let kind = self.kinds.get(&object.kind)?.clone();
-        if let Some(until) = self.kinds.reserved(&kind) {
-            return Some(ItemBody::Reserved(until.to_owned()));
+        if let Some(until) = self.kinds.reserved(&kind).map(str::to_owned) {
+            // Nothing will call its functions, and their mistakes are told all the same.
+            for slot in object.fields.values() {
+                if let Value::Function(Function::Closure(closure)) = &slot.value {
+                    eval::look_over(self, closure);
+                }
+            }
+            return Some(ItemBody::Reserved(until));
         }
         if object.fields.values().any(|slot| poisoned(&slot.value)) {
             return None;

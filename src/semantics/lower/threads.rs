@@ -41,8 +41,11 @@ impl Elaborator<'_> {
 
     fn bare_weave(&mut self, object: &Object, missing: &[&str]) {
         let list: Vec<String> = missing.iter().map(|field| format!("`{field}`")).collect();
+        if self.explained(object.span, &list) {
+            return;
+        }
         let message = format!("`weave {}` needs {}", object.name, list.join(" and "));
-        let problem = Diagnostic::error("E0403", message, object.span, "not given")
+        let problem = Diagnostic::error("E0403", message, self.headline(object.span), "not given")
             .note("only a weave that tiles the `cell` of another brings its own yarns and sett");
         self.tell(problem);
     }
@@ -77,8 +80,9 @@ impl Elaborator<'_> {
             Ok(draft) => Some(Rc::new(draft)),
             Err(reason) => {
                 let message = format!("the draft `{}` cannot be woven: {reason}", object.name);
-                let problem = Diagnostic::error("E0701", message, object.span, "drawn here");
-                self.tell(problem.also(slot.origin.span, "used here"));
+                let problem = Diagnostic::error("E0730", message, object.span, "drawn here");
+                let elsewhere = object.span != slot.origin.span;
+                self.tell(if elsewhere { problem.also(slot.origin.span, "used here") } else { problem });
                 None
             }
         }
@@ -125,7 +129,7 @@ impl Elaborator<'_> {
             Value::Poison => None,
             _ => {
                 let message = format!("this gives thread {index} (colour {colour}) something that is no yarn");
-                self.tell(Diagnostic::error("E0702", message, span, "must give a yarn for every thread"));
+                self.tell(Diagnostic::error("E0731", message, span, "must give a yarn for every thread"));
                 None
             }
         }

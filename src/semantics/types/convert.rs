@@ -57,7 +57,6 @@ fn same_sort(world: &dyn World, value: &Value, ty: &Type) -> bool {
         (Type::Kind(kind), Value::Object(object)) => world.descends(&object.kind, kind),
         (Type::Kind(kind), Value::Item(item)) => world.descends(&item.kind, kind),
         (Type::Kind(kind), Value::Template(template)) => world.descends(&template.kind, kind),
-        (Type::Kind(kind), Value::Case { .. }) => &**kind == "case",
         (Type::Part, Value::Item(_) | Value::Items(_) | Value::Template(_)) => true,
         (Type::State, Value::State { .. }) | (Type::Draft, Value::Draft(_)) | (Type::Table, Value::Table(_)) => true,
         (Type::Draft, Value::Object(object)) => world.descends(&object.kind, "draft"),
@@ -238,6 +237,11 @@ fn list(world: &dyn World, value: &Value, ty: &Type, of: &Type, count: Option<u3
     if let Some(count) = count.filter(|count| *count as usize != given.len()) {
         return Err(mismatch::length(world, given.len(), count, ty, place));
     }
+    if let Type::Quantity(id) = of
+        && let Some(wrong) = alike_and_wrong(world, &given, *id)
+    {
+        return Err(mismatch::elements(world, &wrong, *id, place));
+    }
     let mut out = Vec::with_capacity(given.len());
     for (position, element) in given.iter().enumerate() {
         let name = format!("{}[{position}]", place.name);
@@ -255,6 +259,23 @@ fn list(world: &dyn World, value: &Value, ty: &Type, of: &Type, count: Option<u3
         });
     }
     Ok(Value::List(out.into()))
+}
+
+/// Where all elements that say what they are have one and the same wrong dimension, the first of them.
+fn alike_and_wrong(world: &dyn World, given: &[Value], id: QuantityId) -> Option<Quantity> {
+    let numbers: Option<Vec<&Quantity>> = given
+        .iter()
+        .map(|value| match value {
+            Value::Number(q) => Some(q),
+            _ => None,
+        })
+        .collect();
+    let telling: Vec<&Quantity> = numbers?.into_iter().filter(|q| !q.bare_zero).collect();
+    let first = **telling.first()?;
+    let alike = telling.iter().all(|q| q.dimension == first.dimension && q.bare == first.bare);
+    let wanted = world.units().dimension_of(id);
+    let becomes_angle = as_angle(world, &first).is_some_and(|angle| angle.dimension == wanted);
+    (alike && first.dimension != wanted && !becomes_angle).then_some(first)
 }
 
 /// An array of items inside a list means all of them.

@@ -123,13 +123,19 @@ pub fn show_value(world: &dyn World, value: &Value) -> String {
     }
 }
 
-/// What was written, in backquotes: the source where it is short, the value otherwise.
+/// What was written, in backquotes: the source where it is short, the value otherwise; both where the source is an
+/// expression whose value nobody sees.
 fn quoted(world: &dyn World, value: &Value, place: &Place) -> String {
     let text = world.source(place.span()).unwrap_or_default();
     let text = text.trim();
     let element = text.starts_with(['[', '{']) && !matches!(value, Value::List(_) | Value::Record(_) | Value::Range(_));
     let fits = !text.is_empty() && !element && text.chars().count() <= QUOTED && !text.contains('\n');
-    format!("`{}`", if fits { text.to_string() } else { show_value(world, value) })
+    let spelt = text.starts_with(|c: char| c.is_ascii_digit() || c == '-');
+    match value {
+        _ if !fits => format!("`{}`", show_value(world, value)),
+        Value::Number(_) if !spelt => format!("`{text}` ({})", show_value(world, value)),
+        _ => format!("`{text}`"),
+    }
 }
 
 fn error(code: &'static str, message: String, place: &Place, label: impl Into<String>) -> Diagnostic {
@@ -173,19 +179,21 @@ pub(super) fn not_a_count(world: &dyn World, value: &Value, place: &Place) -> Bo
 
 pub(super) fn bare_strain(world: &dyn World, q: &Quantity, id: QuantityId, place: &Place) -> Box<Diagnostic> {
     let units = world.units();
-    let message = format!(
-        "`{}` is {} and needs `%` or `m/m`; {} has no unit",
-        place.name,
-        units.a_quantity(id),
-        quoted(world, &Value::Number(*q), place)
-    );
-    let percent = units.show_as(q.si, id);
-    let ratio = format!("{} m/m", show_value(world, &Value::Number(*q)));
-    Box::new(
-        error("E0308", message, place, "is this a fraction or a percentage?")
-            .note(format!("as a fraction it is `{percent}` or `{ratio}`"))
-            .fix(format!("write `{percent}`"), place.span(), percent),
-    )
+    let number = show_value(world, &Value::Number(*q));
+    let message = format!("`{}` is {} and needs `%` or `m/m`; `{number}` has no unit", place.name, units.a_quantity(id));
+    let diagnostic = error("E0308", message, place, "is this a fraction or a percentage?");
+    // Nothing woven stretches by its own length: from 1 on a percentage is meant.
+    Box::new(if q.si.abs() >= 1.0 {
+        let percent = format!("{number} %");
+        diagnostic.note(format!("did you mean `{percent}`?")).fix(format!("write `{percent}`"), place.span(), percent)
+    } else {
+        let percent = units.show_as(q.si, id);
+        diagnostic.note(format!("as a fraction it is `{percent}` or `{number} m/m`")).fix(
+            format!("write `{percent}`"),
+            place.span(),
+            percent,
+        )
+    })
 }
 
 /// `J` where a torque is wanted.
@@ -250,24 +258,42 @@ pub(super) fn dimension(world: &dyn World, q: &Quantity, id: QuantityId, place: 
     Box::new(advise(world, diagnostic, q, target, place))
 }
 
+/// A list whose elements are alike and all wrong, as in `[0, 0, -200] km`: one sentence about the list.
+pub(super) fn elements(world: &dyn World, q: &Quantity, id: QuantityId, place: &Place) -> Box<Diagnostic> {
+    let units = world.units();
+    let wanted = units.a_quantity(id);
+    let list = world.source(place.span()).unwrap_or_default().trim().to_string();
+    let short = list.starts_with('[') && list.chars().count() <= QUOTED && !list.contains('\n');
+    let shown = if short { format!("`{list}`") } else { "this list".to_string() };
+    let label = format!("{wanted} each is wanted here");
+    if q.dimension.is_none() && q.bare {
+        let unit = unit_of(units, id);
+        let message = format!("each element of `{}` is {wanted}; {shown} has no unit", place.name);
+        let diagnostic = error("E0309", message, place, "a unit is missing");
+        let example = if short && list.ends_with(']') { list } else { "[0, 0, 1]".to_string() };
+        return Box::new(diagnostic.note(format!("one unit behind a list stands for every element, as in `{example} {unit}`")));
+    }
+    let is = describe_value(world, &Value::Number(*q));
+    let message = format!("each element of `{}` is {wanted}; in {shown} each is {is}", place.name);
+    Box::new(advise(world, error("E0312", message, place, label), q, units.dimension_of(id), place))
+}
+
+/// The unit that people use for a quantity, or else its SI unit.
+fn unit_of(units: &Units, id: QuantityId) -> String {
+    customary(units.name_of(id)).map_or_else(|| units.si_unit(units.dimension_of(id)), str::to_string)
+}
+
 /// `10` where `10 /cm` is wanted.
 fn no_unit(world: &dyn World, q: &Quantity, id: QuantityId, wanted: &str, place: &Place) -> Diagnostic {
     let units = world.units();
     let shown = quoted(world, &Value::Number(*q), place);
     let message = format!("`{}` is {wanted}; {shown} has no unit", place.name);
     let diagnostic = error("E0309", message, place, "a unit is missing");
-    let unit = customary(units.name_of(id)).map_or_else(|| units.si_unit(units.dimension_of(id)), str::to_string);
-    let number = shown.trim_matches('`').to_string();
+    let unit = unit_of(units, id);
+    let number = shown.trim_matches('`');
     let plain = number.parse::<f64>().is_ok() && !unit.is_empty();
-    if !plain {
-        return diagnostic;
-    }
-    let meant = format!("{number} {unit}");
-    diagnostic.note(format!("a unit follows the number, as in `{meant}`")).fix(
-        format!("write `{meant}`"),
-        place.span(),
-        meant,
-    )
+    // Which unit was meant cannot be known, so it is an example and no fix.
+    if plain { diagnostic.note(format!("a unit follows the number, as in `{number} {unit}`")) } else { diagnostic }
 }
 
 /// Adds what was probably meant.
@@ -284,7 +310,7 @@ fn advise(world: &dyn World, diagnostic: Diagnostic, q: &Quantity, target: Dimen
         return diagnostic.note(note).fix(format!("write `{meant}`"), place.span(), meant);
     }
     if is("Mass", q.dimension) && is("Force", target) {
-        let Some((number, unit)) = shown.split_once(' ').filter(|(_, unit)| matches!(*unit, "lb" | "g" | "kg" | "oz"))
+        let Some((number, unit)) = shown.rsplit_once(' ').filter(|(_, unit)| matches!(*unit, "lb" | "g" | "kg" | "oz"))
         else {
             return diagnostic.note("a mass weighs `mass * 9.80665 m/s^2`");
         };
@@ -304,6 +330,12 @@ fn advise(world: &dyn World, diagnostic: Diagnostic, q: &Quantity, target: Dimen
             return diagnostic
                 .note("a sheet's stiffness is a force per width (`N/m`): a modulus times the `thickness`, `modulus * thickness`");
         }
+    }
+    if is("Mass", q.dimension) && is("ArealDensity", target) {
+        return diagnostic.note("the weight of a cloth is a mass per area: `oz/yd^2`, `g/m^2`");
+    }
+    if is("Mass", q.dimension) && is("LinearDensity", target) {
+        return diagnostic.note("the fineness of a yarn is a mass per length: `tex`, `den`, `g/m`");
     }
     let angle = dimension_of("Angle").unwrap_or(Dimension::NONE);
     if !angle.is_none() {
@@ -375,9 +407,17 @@ pub(super) fn other(world: &dyn World, value: &Value, ty: &Type, place: &Place) 
     let shown = quoted(world, value, place);
     let shown = shown.trim_matches('`');
     Box::new(match (ty, value) {
-        (Type::Enumeration(set), Value::Text(text)) => {
-            let known = world.enumerators(set).is_some_and(|all| all.iter().any(|e| e == text));
-            if known { diagnostic.fix("write it without quotes", place.span(), text.to_string()) } else { diagnostic }
+        (Type::Enumeration(_) | Type::Either(_), Value::Text(text)) => {
+            let knows = |ty: &&Type| match ty {
+                Type::Enumeration(set) => world.enumerators(set).is_some_and(|all| all.iter().any(|e| e == text)),
+                _ => false,
+            };
+            match ty.alternatives().iter().any(knows) {
+                true => diagnostic
+                    .note("a choice stands without quotes")
+                    .fix("leave out the quotes", place.span(), text.to_string()),
+                false => diagnostic,
+            }
         }
         (Type::Kind(kind), _) => {
             let mut variants: Vec<String> =

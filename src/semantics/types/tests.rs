@@ -50,7 +50,7 @@ fn dimensions_are_checked_in_the_users_words() {
         &["`f` is a count per length; `10 mm` is a length", "did you mean `10 /mm`?", "fix: 10 /mm"],
     );
     says(bench.field_problem("Length", "3 /cm"), "E0312", &["did you mean `3 cm`?"]);
-    says(bench.field_problem("Length", "10"), "E0309", &["`10` has no unit", "fix: 10 mm"]);
+    says(bench.field_problem("Length", "10"), "E0309", &["`10` has no unit", "as in `10 mm`"]);
     says(bench.field_problem("Time", "0"), "E0309", &["`0` has no unit"]);
     says(bench.field_problem("Force", "80 lb"), "E0312", &["`lb` is a mass; the force is `lbf`", "fix: 80 lbf"]);
     says(bench.field_problem("Force", "2 kg"), "E0312", &["fix: 2 kgf"]);
@@ -67,7 +67,7 @@ fn strain_wants_a_percentage_or_length_per_length() {
     assert_eq!(si(&bench.field_fine("Strain", "3 mm / 60 mm")), 0.05);
     assert_eq!(si(&bench.field_fine("Strain", "0")), 0.0);
     says(bench.field_problem("Strain", "0.05"), "E0308", &["`%` or `m/m`", "fix: 5 %"]);
-    says(bench.field_problem("Strain", "5"), "E0308", &["as a fraction it is `500 %`"]);
+    says(bench.field_problem("Strain", "5"), "E0308", &["did you mean `5 %`?", "fix: 5 %"]);
 }
 
 #[test]
@@ -103,6 +103,9 @@ fn vectors_take_their_zeros_from_their_sisters() {
     assert_eq!(all_si(&bench.field_fine("Vec3<Length>", "[0, 0, 0]")), [0.0; 3]);
     assert_eq!(all_si(&bench.field_fine("[Length; 2]", "[40, 40] mm")), [0.04, 0.04]);
     says(bench.field_problem("Vec3<Length>", "[1, 0, 6 mm]"), "E0309", &["`f[0]` is a length; `1` has no unit"]);
+    says(bench.field_problem("Vec3<Length>", "[0, 0, 6]"), "E0309", &["`[0, 0, 6]` has no unit", "as in `[0, 0, 6] mm`"]);
+    says(bench.field_problem("Vec3<Velocity>", "[0, 0, 6] mm"), "E0312", &["each is a length", "each element of `f`"]);
+    says(bench.field_problem("Vec3<Force>", "[0, 0, 6] lb"), "E0312", &["fix: [0, 0, 6] lbf"]);
     says(bench.field_problem("Vec3<Length>", "[1, 2] mm"), "E0316", &["a vector of three", "2 are written"]);
     says(bench.field_problem("Vec3<Length>", "6 mm"), "E0317", &["`[x, y, z]`"]);
     says(bench.field_problem("[Length; 2]", "[1, 2, 3] mm"), "E0316", &["3 are written"]);

@@ -236,9 +236,15 @@ impl Units {
             unit.prefixes.iter().filter(|p| p.symbol.is_ascii()).map(move |p| format!("{}{name}", p.symbol))
         });
         let all: Vec<String> = self.units.keys().cloned().chain(prefixed).collect();
-        nearest(symbol, all.iter().map(String::as_str)).map(str::to_string)
+        let spelt_out = || habit(nearest(symbol, WORDS)?).map(str::to_string);
+        nearest(symbol, all.iter().map(String::as_str)).map(str::to_string).or_else(spelt_out)
     }
 }
+
+/// Names of units that are written out, and misspelt.
+const WORDS: [&str; 12] = [
+    "denier", "seconds", "pounds", "degrees", "radians", "meters", "microns", "inches", "newtons", "pascal", "joules", "kelvin",
+];
 
 /// What people write out of habit, and the unit that they mean.
 fn habit(symbol: &str) -> Option<&'static str> {
