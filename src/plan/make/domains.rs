@@ -484,8 +484,13 @@ impl Maker<'_> {
             Mass::Density(given) => {
                 self.take(path("density"), given, format!("{} kg/m^3", **given));
                 if **given > 22_600.0 {
-                    let found = Diagnostic::warning("W0720", "this body is denser than any metal", given.span(), "is the unit right?")
-                        .note("Osmium has 22.6 g/cm^3, tungsten 19.3, lead 11.3, steel 7.8.");
+                    let found = Diagnostic::warning(
+                        "W0720",
+                        "this body is denser than any metal",
+                        given.span(),
+                        "is the unit right?",
+                    )
+                    .note("Osmium has 22.6 g/cm^3, tungsten 19.3, lead 11.3, steel 7.8.");
                     self.diagnostics.push(found);
                 }
                 (**given * solid.volume(), false)
