@@ -34,7 +34,8 @@ impl Maker<'_> {
             self.body.sinks.push(Sink::Expect(Check { message: expect.message.clone(), tape, origin }));
         }
         let origin = self.written(run.gravity.span());
-        self.body.sinks.push(Sink::Watch { limit: 1e-3, what: "energy closure".into(), origin });
+        // The aim is 1e-3 and the table says what was reached; ten times that means that the run has gone wrong.
+        self.body.sinks.push(Sink::Watch { limit: 1e-2, what: "energy closure".into(), origin });
         self.body.sinks.push(Sink::Checkpoint { wall_seconds: CHECKPOINT });
     }
 
