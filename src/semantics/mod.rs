@@ -17,7 +17,7 @@ pub mod types;
 pub mod units;
 pub mod value;
 
-pub use check::{Options, check, check_path, check_library, library_kinds};
+pub use check::{Options, check, check_library, check_path, library_kinds};
 pub use modules::library_sources;
 
 #[cfg(test)]

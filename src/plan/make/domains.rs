@@ -160,7 +160,7 @@ impl Maker<'_> {
                 "E0702",
                 "the warp's share of the crimp lies between 0 and 1",
                 weave.shares.span(),
-                "",
+                "outside 0 % .. 100 %",
             );
             self.diagnostics.push(found);
             return None;
@@ -416,7 +416,7 @@ impl Maker<'_> {
                 "E0719",
                 "a cell is above zero and at most the strand's length",
                 strand.cell.span(),
-                "",
+                "does not fit",
             ));
             return None;
         }
@@ -484,8 +484,13 @@ impl Maker<'_> {
             Mass::Density(given) => {
                 self.take(path("density"), given, format!("{} kg/m^3", **given));
                 if **given > 22_600.0 {
-                    let found = Diagnostic::warning("W0720", "this body is denser than any metal", given.span(), "is the unit right?")
-                        .note("Osmium has 22.6 g/cm^3, tungsten 19.3, lead 11.3, steel 7.8.");
+                    let found = Diagnostic::warning(
+                        "W0720",
+                        "this body is denser than any metal",
+                        given.span(),
+                        "is the unit right?",
+                    )
+                    .note("Osmium has 22.6 g/cm^3, tungsten 19.3, lead 11.3, steel 7.8.");
                     self.diagnostics.push(found);
                 }
                 (**given * solid.volume(), false)
@@ -566,7 +571,7 @@ impl Maker<'_> {
             Ok(solid) => Some(solid),
             Err(error) => {
                 let message = format!("the shape of `{}` is none: {error}", item.name);
-                self.diagnostics.push(Diagnostic::error("E0725", message, shape.span(), ""));
+                self.diagnostics.push(Diagnostic::error("E0725", message, shape.span(), "has no extent"));
                 None
             }
         }

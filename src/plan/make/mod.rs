@@ -100,7 +100,9 @@ impl<'a> Maker<'a> {
         let ItemBody::Reserved(until) = &first.body else { return };
         let message = match waiting.len() {
             1 => format!("this scene cannot run yet: `{}` waits for {until}", first.name),
-            count => format!("this scene cannot run yet: `{}` and {} more wait for their solvers", first.name, count - 1),
+            count => {
+                format!("this scene cannot run yet: `{}` and {} more wait for their solvers", first.name, count - 1)
+            }
         };
         let found = Diagnostic::error("E0850", message, self.headline(first.span), "not available yet")
             .note("`ripstop check` already checks all that is written.");

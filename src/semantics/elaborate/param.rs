@@ -29,7 +29,8 @@ impl<'t> Elaborator<'t> {
             return Value::Poison;
         }
         let ty = declared.unwrap_or_else(|| self.type_of(&default));
-        let bounds = bounds.map(|written| (written, self.bounds_value(&env, written, &ty, &name, (&default, value.span))));
+        let bounds =
+            bounds.map(|written| (written, self.bounds_value(&env, written, &ty, &name, (&default, value.span))));
         let mut slot = Slot { value: default, origin };
         self.check_bounds(&name, &slot, bounds.as_ref());
         changes.iter().for_each(Assignment::hit);
@@ -90,7 +91,14 @@ impl<'t> Elaborator<'t> {
         }
     }
 
-    fn bounds_value(&mut self, env: &Env, bounds: &tree::Expr, ty: &Type, name: &str, default: (&Value, Span)) -> Value {
+    fn bounds_value(
+        &mut self,
+        env: &Env,
+        bounds: &tree::Expr,
+        ty: &Type,
+        name: &str,
+        default: (&Value, Span),
+    ) -> Value {
         let origin = Origin { span: bounds.span, how: self.scope(env.scope).how };
         let place = Place { name: "bounds", origin };
         let wanted = match bounds.node {

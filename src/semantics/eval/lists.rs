@@ -166,7 +166,12 @@ fn steps(world: &mut dyn World, range: &Range, span: Span) -> Option<Vec<Value>>
     // `1 .. n` is meant to be empty where n is 0; further down it is a slip.
     if spaces < -1.0 {
         let (first, last) = (world.units().show(from), world.units().show(to));
-        let problem = Diagnostic::warning("W0327", format!("this range is empty: it runs from {first} down to {last}"), span, "holds nothing");
+        let problem = Diagnostic::warning(
+            "W0327",
+            format!("this range is empty: it runs from {first} down to {last}"),
+            span,
+            "holds nothing",
+        );
         world.report(problem.note(match range.by {
             Some(_) => "a step that goes down is negative, as in `9 .. 0 by -3`",
             None => "a range runs upwards; the smaller end comes first",

@@ -93,8 +93,15 @@ fn unknown(world: &dyn World, env: &Env, name: &str, span: Span, expected: Optio
             .fix(format!("write `{switch}`"), span, switch);
     }
     if world.units().knows(name) {
-        return Diagnostic::error("E0201", format!("nothing is called `{name}` here"), span, "a unit, with no number before it")
-            .note(format!("`{name}` is a unit. A unit follows its number and has no blanks inside: `4 m/s^2`, `1 {name}`"));
+        return Diagnostic::error(
+            "E0201",
+            format!("nothing is called `{name}` here"),
+            span,
+            "a unit, with no number before it",
+        )
+        .note(format!(
+            "`{name}` is a unit. A unit follows its number and has no blanks inside: `4 m/s^2`, `1 {name}`"
+        ));
     }
     let mut known = choices.clone();
     known.extend(env.locals.captured().into_keys());

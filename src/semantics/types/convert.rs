@@ -235,6 +235,10 @@ fn list(world: &dyn World, value: &Value, ty: &Type, of: &Type, count: Option<u3
         Value::Selection(_) if *of == Type::Point => vec![value.clone()],
         _ => return Err(mismatch::other(world, value, ty, place)),
     };
+    // Where an element is broken, so may be the count: a missing comma makes one of two.
+    if given.iter().any(Value::is_poison) {
+        return Ok(Value::Poison);
+    }
     if let Some(count) = count.filter(|count| *count as usize != given.len()) {
         return Err(mismatch::length(world, given.len(), count, ty, place));
     }

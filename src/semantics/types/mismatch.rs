@@ -180,7 +180,8 @@ pub(super) fn not_a_count(world: &dyn World, value: &Value, place: &Place) -> Bo
 pub(super) fn bare_strain(world: &dyn World, q: &Quantity, id: QuantityId, place: &Place) -> Box<Diagnostic> {
     let units = world.units();
     let number = show_value(world, &Value::Number(*q));
-    let message = format!("`{}` is {} and needs `%` or `m/m`; `{number}` has no unit", place.name, units.a_quantity(id));
+    let message =
+        format!("`{}` is {} and needs `%` or `m/m`; `{number}` has no unit", place.name, units.a_quantity(id));
     let diagnostic = error("E0308", message, place, "is this a fraction or a percentage?");
     // Nothing woven stretches by its own length: from 1 on a percentage is meant.
     Box::new(if q.si.abs() >= 1.0 {
@@ -271,7 +272,9 @@ pub(super) fn elements(world: &dyn World, q: &Quantity, id: QuantityId, place: &
         let message = format!("each element of `{}` is {wanted}; {shown} has no unit", place.name);
         let diagnostic = error("E0309", message, place, "a unit is missing");
         let example = if short && list.ends_with(']') { list } else { "[0, 0, 1]".to_string() };
-        return Box::new(diagnostic.note(format!("one unit behind a list stands for every element, as in `{example} {unit}`")));
+        return Box::new(
+            diagnostic.note(format!("one unit behind a list stands for every element, as in `{example} {unit}`")),
+        );
     }
     let is = describe_value(world, &Value::Number(*q));
     let message = format!("each element of `{}` is {wanted}; in {shown} each is {is}", place.name);
@@ -413,9 +416,11 @@ pub(super) fn other(world: &dyn World, value: &Value, ty: &Type, place: &Place) 
                 _ => false,
             };
             match ty.alternatives().iter().any(knows) {
-                true => diagnostic
-                    .note("a choice stands without quotes")
-                    .fix("leave out the quotes", place.span(), text.to_string()),
+                true => diagnostic.note("a choice stands without quotes").fix(
+                    "leave out the quotes",
+                    place.span(),
+                    text.to_string(),
+                ),
                 false => diagnostic,
             }
         }

@@ -103,7 +103,11 @@ fn vectors_take_their_zeros_from_their_sisters() {
     assert_eq!(all_si(&bench.field_fine("Vec3<Length>", "[0, 0, 0]")), [0.0; 3]);
     assert_eq!(all_si(&bench.field_fine("[Length; 2]", "[40, 40] mm")), [0.04, 0.04]);
     says(bench.field_problem("Vec3<Length>", "[1, 0, 6 mm]"), "E0309", &["`f[0]` is a length; `1` has no unit"]);
-    says(bench.field_problem("Vec3<Length>", "[0, 0, 6]"), "E0309", &["`[0, 0, 6]` has no unit", "as in `[0, 0, 6] mm`"]);
+    says(
+        bench.field_problem("Vec3<Length>", "[0, 0, 6]"),
+        "E0309",
+        &["`[0, 0, 6]` has no unit", "as in `[0, 0, 6] mm`"],
+    );
     says(bench.field_problem("Vec3<Velocity>", "[0, 0, 6] mm"), "E0312", &["each is a length", "each element of `f`"]);
     says(bench.field_problem("Vec3<Force>", "[0, 0, 6] lb"), "E0312", &["fix: [0, 0, 6] lbf"]);
     says(bench.field_problem("Vec3<Length>", "[1, 2] mm"), "E0316", &["a vector of three", "2 are written"]);

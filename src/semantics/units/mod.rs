@@ -243,7 +243,8 @@ impl Units {
 
 /// Names of units that are written out, and misspelt.
 const WORDS: [&str; 12] = [
-    "denier", "seconds", "pounds", "degrees", "radians", "meters", "microns", "inches", "newtons", "pascal", "joules", "kelvin",
+    "denier", "seconds", "pounds", "degrees", "radians", "meters", "microns", "inches", "newtons", "pascal", "joules",
+    "kelvin",
 ];
 
 /// What people write out of habit, and the unit that they mean.
