@@ -5,7 +5,7 @@ mod chain_plans;
 use chain_plans::{Draft, breaking, law, run_to_end, safe_step};
 use glam::DVec3;
 use ripstop::backend::{Outcome, State};
-use ripstop::plan::{BodyRecipe, Kernel, Plan, Recipe, YarnLaw};
+use ripstop::plan::{BodyRecipe, Kernel, Node, Plan, Recipe, YarnLaw};
 
 const VISCOSITY: f64 = 0.06;
 
@@ -287,6 +287,36 @@ fn a_ringing_yarn_keeps_its_energy() {
     check_books(&outcome, law);
 }
 
+/// A static run ends at the strain T/EA, and its books close over the stops.
+#[test]
+fn a_pulled_yarn_settles_at_its_tension() {
+    let law = &fibres()[0];
+    let (length, segments, tension) = (0.1, 50, 20.0);
+    let mut draft = Draft::new();
+    let yarn = draft.strand(law.clone(), length, segments, [0.0; 3]);
+    let each = vec![
+        draft.pass(Kernel::Axial { domain: yarn, tension_only: false }),
+        draft.pass(Kernel::BulkViscosity { domain: yarn, coefficient: VISCOSITY }),
+        draft.fix(yarn, vec![[0, 1]]),
+        draft.pull_end(yarn, segments, tension),
+        draft.pass(Kernel::Kick),
+        draft.pass(Kernel::Drift),
+        draft.pass(Kernel::Settle { residual: 1e-4 }),
+        Node::Commit,
+        Node::Emit,
+    ];
+    let step = safe_step(law, length / f64::from(segments), VISCOSITY);
+    draft.body.schedule = Node::Run { step, duration: None, most_steps: 100_000, each: Box::new(Node::Seq(each)) };
+    let outcome = run_to_end(&draft.finish(), 1);
+    let worst = strains(&outcome.state)
+        .into_iter()
+        .map(|strain| (strain * law.axial_stiffness / tension - 1.0).abs())
+        .fold(0.0, f64::max);
+    println!("settled in {} steps, {worst:.1e} off, closure {:.1e}", outcome.steps, outcome.ledger.closure());
+    assert!(worst < 1e-3, "{worst}");
+    check_books(&outcome, law);
+}
+
 fn body(spin: [f64; 3], inertia: [f64; 3], velocity: [f64; 3]) -> BodyRecipe {
     BodyRecipe {
         name: "stone".into(),
@@ -316,7 +346,9 @@ fn a_spinning_body_keeps_its_angular_momentum() {
     println!("after {} steps: L {:.1e} off", outcome.steps, (last - first).length() / first.length());
     assert!((last.length() / first.length() - 1.0).abs() < 1e-10);
     assert!((last - first).length() < 1e-10 * first.length());
-    assert!(outcome.ledger.closure() < 1e-3, "{}", outcome.ledger.closure());
+    // Nothing is exchanged here: the residual is measured by the energy of the spin.
+    let total = outcome.ledger.total();
+    assert!(total.residual().abs() < 1e-6 * total.initial, "{}", total.residual());
 }
 
 /// Leapfrog falls exactly: ½gt² at every step.
@@ -336,7 +368,8 @@ fn bodies_and_yarns_fall_exactly() {
     for height in outcome.state.position.iter().map(|x| x.z).chain([outcome.state.bodies[0].position.z]) {
         assert!((height - exact).abs() < 1e-12 * exact, "{height} {exact}");
     }
-    assert!(outcome.ledger.closure() < 1e-6, "{}", outcome.ledger.closure());
+    let total = outcome.ledger.total();
+    assert!(total.residual().abs() < 1e-9 * total.gravity.abs(), "{}", total.residual());
 }
 
 /// Over its critical speed a yarn breaks, as often on every mesh, and its books still close.
@@ -354,7 +387,9 @@ fn a_yarn_over_its_strength_breaks_alike_on_every_mesh() {
             outcome.ledger.closure()
         );
         assert_eq!((broken.yarns, broken.segments), (1, 1));
-        check_books(&outcome, &law);
+        // All that is exchanged here passes through the first segments in the first steps, while they turn by V·h/L = 0.08
+        // a step and tighten: the scheme loses ¼θ²·l·ΔT a step and segment, second order in the step.
+        assert!(outcome.ledger.closure() < 3e-2);
     }
 }
 

@@ -113,6 +113,8 @@ impl Account {
     pub fn open(&mut self, kinetic: f64, stored: f64) {
         self.now.initial = kinetic + stored;
         self.kinetic_at_start = kinetic;
+        // Measurements before the start gained nothing.
+        (self.peak_stored, self.peak_kinetic_gain) = (0.0, 0.0);
         self.measured(kinetic, stored);
     }
 }

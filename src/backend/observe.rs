@@ -198,6 +198,4 @@ pub struct ContactTotals {
     pub sweeps: u64,
     /// Largest overlap left after any step, m.
     pub deepest: f64,
-    /// Energy that each contact rule took, J, in the order of the plan's rules.
-    pub taken: Vec<f64>,
 }

@@ -101,7 +101,7 @@ fn run_case(
         verify: if verify { Some(&mut look) } else { None },
     };
     let outcome = cpu::run(plan, inputs, options, &mut recorder).map_err(|refusal| refused(sources, plan, &refusal))?;
-    let summary = recorder.finish(&outcome, verifier.totals(), None)?;
+    let summary = recorder.finish(&outcome, verifier.totals())?;
     Ok((outcome, summary))
 }
 

@@ -37,7 +37,7 @@ pub struct Front {
 
 /// Reads and checks a file.
 pub fn load(path: &Path, flags: &SceneFlags) -> Front {
-    let mut front = Front { sources: Sources::default(), program: None, diagnostics: Vec::new() };
+    let mut front = Front { sources: semantics::library_sources(), program: None, diagnostics: Vec::new() };
     let Some(sets) = split_sets(&flags.sets, &mut front.diagnostics) else { return front };
     let options = Options { sets, quick: flags.quick, case: flags.case.clone() };
     front.program = semantics::check_path(&mut front.sources, path, &options, &mut front.diagnostics);

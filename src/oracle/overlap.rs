@@ -3,6 +3,7 @@
 //! with a negative sum proves the pieces apart.
 
 use glam::{DQuat, DVec3};
+use parry3d_f64::bounding_volume::Aabb;
 
 use super::shape::reach;
 use crate::geometry::Solid;
@@ -20,6 +21,18 @@ pub struct Tube {
 }
 
 impl Tube {
+    /// The smallest box with sides along the scene's axes.
+    pub fn bounds(&self) -> Aabb {
+        let axes = self.axes();
+        let half = [0, 1].map(|k| {
+            let [n, w] = axes[k];
+            (n * n + w * w).map(f64::sqrt)
+        });
+        let low = (self.ends[0] - half[0]).min(self.ends[1] - half[1]);
+        let high = (self.ends[0] + half[0]).max(self.ends[1] + half[1]);
+        Aabb::new(low, high)
+    }
+
     /// Axes of the sections, scaled by their half-axes: thickness and width at each end, at right angles to the tube.
     fn axes(&self) -> [[DVec3; 2]; 2] {
         let along = (self.ends[1] - self.ends[0]).normalize_or(DVec3::X);
@@ -78,34 +91,41 @@ pub fn least_overlap(a: &Tube, b: &Tube) -> f64 {
     least(&Piece::tube(a), &Piece::tube(b))
 }
 
-/// Starts from the directions that the pieces suggest and walks downhill over the sphere by halving steps.
+/// An upper bound of [`least`] from the directions that the pieces suggest; negative where one proves them apart.
+pub(super) fn bounded(a: &Piece, b: &Piece) -> f64 {
+    starts(a, b)[0].0
+}
+
+/// Walks downhill over the sphere from the best of the directions that the pieces suggest.
 pub(super) fn least(a: &Piece, b: &Piece) -> f64 {
     let overlap = |u: DVec3| a.reach(u) + b.reach(-u);
-    let (ha, hb) = (a.hints(), b.hints());
-    let between = b.middle() - a.middle();
-    let mut starts = [between, ha[2].cross(hb[2]), ha[0], ha[1], hb[0], hb[1], DVec3::ZERO];
-    // Across tube `a`, towards the other: where a tube lies along a body or beside another tube.
-    starts[6] = between - between.dot(ha[2]) / ha[2].length_squared().max(1e-300) * ha[2];
-    let mut best = f64::INFINITY;
-    let mut tried = [(f64::INFINITY, DVec3::ZERO); 7];
-    for (slot, start) in tried.iter_mut().zip(starts) {
-        if let Some(u) = start.try_normalize() {
-            let (ahead, back) = (overlap(u), overlap(-u));
-            *slot = if ahead <= back { (ahead, u) } else { (back, -u) };
-            best = best.min(slot.0);
-            if best < 0.0 {
-                return best;
-            }
-        }
-    }
-    tried.sort_by(|a, b| a.0.total_cmp(&b.0));
-    for (value, u) in tried.into_iter().take(3).filter(|t| t.0.is_finite()) {
-        best = best.min(descend(&overlap, u, value));
+    let starts = starts(a, b);
+    let mut best = starts[0].0;
+    for (value, u) in starts.into_iter().take(3).filter(|start| start.0.is_finite()) {
         if best < 0.0 {
-            return best;
+            break;
         }
+        best = best.min(descend(&overlap, u, value));
     }
     best
+}
+
+/// Likely directions with the overlap along each, least first; infinite where there is none.
+fn starts(a: &Piece, b: &Piece) -> [(f64, DVec3); 7] {
+    let (ha, hb) = (a.hints(), b.hints());
+    let between = b.middle() - a.middle();
+    // Across tube `a`, towards the other: where a tube lies along a body or beside another tube.
+    let across = between - between.dot(ha[2]) / ha[2].length_squared().max(1e-300) * ha[2];
+    let likely = [between, ha[2].cross(hb[2]), ha[0], ha[1], hb[0], hb[1], across];
+    let mut tried = likely.map(|direction| match direction.try_normalize() {
+        Some(u) => {
+            let (ahead, back) = (a.reach(u) + b.reach(-u), a.reach(-u) + b.reach(u));
+            if ahead <= back { (ahead, u) } else { (back, -u) }
+        }
+        None => (f64::INFINITY, DVec3::ZERO),
+    });
+    tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+    tried
 }
 
 /// Pattern search on the sphere: tries steps in eight tangent directions, halves when none helps.

@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 
 use super::near::{Pair, pairs, swept_box};
-use super::overlap::{Piece, Tube, least};
+use super::overlap::{Piece, Tube, bounded, least};
 use super::shape::excess;
 use super::sweep::{Motion, first_entry, first_meeting, segment_distance};
 use crate::backend::StepView;
@@ -49,7 +49,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { overlap_every: 50, tolerance: 0.5, neighbours: 3 }
+        Self { overlap_every: 200, tolerance: 0.5, neighbours: 3 }
     }
 }
 
@@ -174,43 +174,66 @@ impl Oracle {
     pub fn compare(&mut self, chains: &Chains, bodies: &Bodies, time: f64) -> (Option<Deepest>, u64) {
         let over = |depth: f64, thin: f64| depth > self.settings.tolerance * thin;
         let tubes: Vec<Tube> = self.segments.par_iter().with_min_len(1024).map(|s| tube(chains, s.node)).collect();
+        let boxes: Vec<_> = tubes.par_iter().with_min_len(1024).map(Tube::bounds).collect();
+        let near = pairs(&boxes, |a, b| !self.is_same_stretch(chains, a, b));
         let thin = |t: &Tube| t.half_thickness[0].min(t.half_thickness[1]);
         let reach = |t: &Tube| t.half_width.into_iter().chain(t.half_thickness).fold(0.0, f64::max);
-        let mut found: Vec<(f64, [Feature; 2], f64)> = self
-            .pairs
-            .par_iter()
-            .with_min_len(1024)
-            .filter(|pair| !self.is_same_stretch(chains, pair))
-            .filter_map(|pair| {
-                let (a, b) = (&tubes[pair.a as usize], &tubes[pair.b as usize]);
-                if segment_distance(a.ends, b.ends) > reach(a) + reach(b) {
-                    return None;
-                }
-                let depth = least(&Piece::tube(a), &Piece::tube(b));
-                (depth > 0.0).then(|| (depth, [self.feature(pair.a), self.feature(pair.b)], thin(a).min(thin(b))))
+        // Tubes against tubes, then against bodies, which are numbered after them.
+        let count = tubes.len() as u32;
+        let mut pairs: Vec<(u32, u32)> = near
+            .into_iter()
+            .map(|pair| (pair.a, pair.b))
+            .filter(|(a, b)| {
+                let (a, b) = (&tubes[*a as usize], &tubes[*b as usize]);
+                segment_distance(a.ends, b.ends) <= reach(a) + reach(b)
             })
             .collect();
         for (body, solid) in bodies.solids.iter().enumerate() {
-            let (position, turn) = (bodies.position[body], bodies.turn[body]);
-            let piece = Piece::body(solid, position, turn);
+            let back = bodies.turn[body].inverse();
             for (index, t) in tubes.iter().enumerate() {
-                let middle = turn.inverse() * (0.5 * (t.ends[0] + t.ends[1]) - position);
-                if excess(solid, middle) > reach(t) + 0.5 * (t.ends[1] - t.ends[0]).length() {
-                    continue;
-                }
-                let depth = least(&Piece::tube(t), &piece);
-                if depth > 0.0 {
-                    found.push((depth, [self.feature(index as u32), Feature::Body(BodyId(body as u32))], thin(t)));
+                let middle = back * (0.5 * (t.ends[0] + t.ends[1]) - bodies.position[body]);
+                if excess(solid, middle) <= reach(t) + 0.5 * (t.ends[1] - t.ends[0]).length() {
+                    pairs.push((index as u32, count + body as u32));
                 }
             }
         }
+        let piece = |k: u32| match tubes.get(k as usize) {
+            Some(t) => Piece::tube(t),
+            None => {
+                let body = (k - count) as usize;
+                Piece::body(&bodies.solids[body], bodies.position[body], bodies.turn[body])
+            }
+        };
+        let feature = |k: u32| if k < count { self.feature(k) } else { Feature::Body(BodyId(k - count)) };
+        let smaller = |a: u32, b: u32| tubes.get(b as usize).map_or(f64::INFINITY, thin).min(thin(&tubes[a as usize]));
+        // A bound from a few directions first; the exact depth only where the bound is over the tolerance, or could be
+        // the deepest.
+        let mut found: Vec<(f64, bool, u32, u32)> = pairs
+            .into_par_iter()
+            .with_min_len(256)
+            .filter_map(|(a, b)| {
+                let (p, q) = (piece(a), piece(b));
+                let bound = bounded(&p, &q);
+                if over(bound, smaller(a, b)) {
+                    let depth = least(&p, &q);
+                    return (depth > 0.0).then_some((depth, true, a, b));
+                }
+                (bound > 0.0).then_some((bound, false, a, b))
+            })
+            .collect();
+        let overlaps =
+            found.iter().filter(|(depth, exact, a, b)| *exact && over(*depth, smaller(*a, *b))).count() as u64;
+        found.sort_by(|x, y| y.0.total_cmp(&x.0).then((x.2, x.3).cmp(&(y.2, y.3))));
         let mut deepest: Option<Deepest> = None;
-        for (depth, between, _) in &found {
-            if deepest.is_none_or(|d| *depth > d.depth) {
-                deepest = Some(Deepest { depth: *depth, between: *between, time });
+        for (bound, exact, a, b) in found {
+            if deepest.is_some_and(|d| bound <= d.depth) {
+                break;
+            }
+            let depth = if exact { bound } else { least(&piece(a), &piece(b)) };
+            if depth > deepest.map_or(0.0, |d| d.depth) {
+                deepest = Some(Deepest { depth, between: [feature(a), feature(b)], time });
             }
         }
-        let overlaps = found.iter().filter(|(depth, _, thin)| over(*depth, *thin)).count() as u64;
         self.totals.compared += 1;
         self.totals.most_overlaps = self.totals.most_overlaps.max(overlaps);
         if deepest.map_or(0.0, |d| d.depth) > self.totals.deepest.map_or(0.0, |d| d.depth) {
@@ -220,8 +243,8 @@ impl Oracle {
     }
 
     /// Whether a pair belongs to one yarn and lies within two of its widths: a bend there is no overlap.
-    fn is_same_stretch(&self, chains: &Chains, pair: &Pair) -> bool {
-        let (a, b) = (self.segments[pair.a as usize], self.segments[pair.b as usize]);
+    fn is_same_stretch(&self, chains: &Chains, a: u32, b: u32) -> bool {
+        let (a, b) = (self.segments[a as usize], self.segments[b as usize]);
         if a.yarn != b.yarn {
             return false;
         }
@@ -234,7 +257,7 @@ impl Oracle {
         Feature::Segment(SegmentId(self.segments[index as usize].node))
     }
 
-    /// Whether some node has gone so far that the sections of a pair left out could touch.
+    /// Whether some node has gone so far that a pair left out could have met.
     fn has_strayed(&self, chains: &Chains) -> bool {
         let limit = self.leash * self.leash;
         chains.position.iter().zip(&self.gathered).any(|(now, then)| (*now - *then).length_squared() >= limit)
@@ -249,19 +272,23 @@ impl Oracle {
         }
         self.segments.sort_by_key(|s| s.node);
         let widest = self.segments.iter().map(|s| reach_at(chains, s.node as usize)).fold(0.0, f64::max);
-        // Left out: pairs of centrelines further apart than two reaches (and what flattening may add) and two leashes.
+        // Left out: pairs of centrelines that stay further apart than both their leashes.
         self.leash = 0.5 * widest;
-        let margin = 2.2 * widest + 2.0 * self.leash;
+        let margin = 2.0 * self.leash;
         let boxes: Vec<_> = self
             .segments
             .par_iter()
             .with_min_len(1024)
             .map(|s| swept_box(ends(&self.last, s.node), ends(&chains.position, s.node), 0.5 * margin))
             .collect();
-        let (segments, neighbours) = (&self.segments, self.settings.neighbours);
+        let (segments, neighbours, last) = (&self.segments, self.settings.neighbours, &self.last);
         self.pairs = pairs(&boxes, |a, b| {
             let (a, b) = (segments[a as usize], segments[b as usize]);
-            a.yarn != b.yarn || a.node.abs_diff(b.node) > neighbours
+            if a.yarn == b.yarn && a.node.abs_diff(b.node) <= neighbours {
+                return false;
+            }
+            let (p, q) = (motion(last, &chains.position, a.node), motion(last, &chains.position, b.node));
+            segment_distance(p.after, q.after) <= margin + p.way() + q.way()
         });
         self.gathered.clone_from(&chains.position);
         self.path = vec![0.0; self.segments.len()];

@@ -25,15 +25,20 @@ pub fn carry(
     axes: &mut [DVec3],
 ) {
     for (node, axis) in nodes.zip(axes) {
+        // Chords are not normalised: one root and three divisions serve the whole formula.
         let new = chord(position, node, &run);
         let old = new - chord(velocity, node, &run) * h;
-        let (Some(new), Some(old)) = (new.try_normalize(), old.try_normalize()) else { continue };
-        let closeness = 1.0 + old.dot(new);
-        let moved = if closeness > 1e-12 { *axis - (old + new) * (axis.dot(new) / closeness) } else { *axis };
-        let flat = moved - new * moved.dot(new);
-        if let Some(unit) = flat.try_normalize() {
-            *axis = unit;
+        let (square, across) = (new.length_squared(), axis.dot(new));
+        let both = 1.0 / (square * old.length_squared()).sqrt();
+        let closeness = 1.0 + old.dot(new) * both;
+        if !(both.is_finite() && closeness > 1e-12) {
+            continue;
         }
+        let inverse = 1.0 / square;
+        let moved = *axis - (old * both + new * inverse) * (across / closeness);
+        let flat = moved - new * (moved.dot(new) * inverse);
+        // A unit vector but for rounding: one Newton step makes it one again.
+        *axis = flat * (1.5 - 0.5 * flat.length_squared());
     }
 }
 

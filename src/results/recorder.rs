@@ -13,7 +13,6 @@ use super::summary::{Extras, Summary};
 use crate::backend::{Frame, Ledger, Observer, Outcome, Progress, Start, State, Value};
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::oracle::Totals;
-use crate::physics::Chains;
 use crate::plan::{Format, Plan, Recipe, Sink};
 
 /// The last checkpoint's name in a run's folder.
@@ -78,14 +77,9 @@ impl<'p> Recorder<'p> {
 
     /// Ends the recording: flushes, takes the bar away and writes `summary.json`.
     ///
-    /// `verified` are the oracle's totals where it ran; `chains` give features their yarns' names.
+    /// `verified` are the oracle's totals where it ran.
     /// Errors: what could not be written, first of all.
-    pub fn finish(
-        mut self,
-        outcome: &Outcome,
-        verified: Option<&Totals>,
-        chains: Option<&Chains>,
-    ) -> Result<Summary, Diagnostic> {
+    pub fn finish(mut self, outcome: &Outcome, verified: Option<&Totals>) -> Result<Summary, Diagnostic> {
         if let Some(bar) = &self.bar {
             bar.done();
         }
@@ -96,7 +90,7 @@ impl<'p> Recorder<'p> {
         let mut files = std::mem::take(&mut self.files);
         files.extend(self.probes.values().filter(|p| p.was_written()).map(|p| p.file.clone()));
         files.push(super::summary::FILE.to_owned());
-        let summary = Summary::new(self.plan, outcome, Extras { nodes: self.nodes, files, verified, chains });
+        let summary = Summary::new(self.plan, outcome, Extras { nodes: self.nodes, files, verified });
         let text = serde_json::to_string_pretty(&summary).map_err(unserialisable)?;
         self.folder.write(super::summary::FILE, (text + "\n").as_bytes())?;
         Ok(summary)

@@ -2,9 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::backend::Outcome;
+use crate::backend::{Outcome, State};
 use crate::oracle::{Feature, Totals};
-use crate::physics::Chains;
 use crate::plan::{OriginId, Plan};
 
 /// The version of [`Summary`]'s shape.
@@ -137,8 +136,6 @@ pub struct Extras<'a> {
     pub files: Vec<String>,
     /// The oracle's totals where it ran.
     pub verified: Option<&'a Totals>,
-    /// For the names of yarns; without it features are named by number.
-    pub chains: Option<&'a Chains>,
 }
 
 impl Summary {
@@ -178,7 +175,7 @@ impl Summary {
                 deepest_left: outcome.contact.deepest,
                 time_share: if wall > 0.0 { group("contact") / wall } else { 0.0 },
             },
-            penetration: penetration(plan, &extras),
+            penetration: penetration(plan, &outcome.state, extras.verified),
             largest_strain: outcome.largest_strain,
             broken: outcome
                 .broken
@@ -246,10 +243,10 @@ fn at_end(plan: &Plan, body: &crate::backend::BodyEnd) -> BodyAtEnd {
     }
 }
 
-fn penetration(plan: &Plan, extras: &Extras<'_>) -> Penetration {
-    let Some(totals) = extras.verified else { return Penetration::NotChecked };
+fn penetration(plan: &Plan, state: &State, verified: Option<&Totals>) -> Penetration {
+    let Some(totals) = verified else { return Penetration::NotChecked };
     let pair = |features: [Feature; 2], time: f64| {
-        let [a, b] = features.map(|feature| name(plan, extras.chains, feature));
+        let [a, b] = features.map(|feature| name(plan, state, feature));
         format!("{a} and {b} at {}", super::progress::seconds(time))
     };
     Penetration::Checked {
@@ -264,18 +261,16 @@ fn penetration(plan: &Plan, extras: &Extras<'_>) -> Penetration {
 }
 
 /// A feature as a person knows it.
-fn name(plan: &Plan, chains: Option<&Chains>, feature: Feature) -> String {
+fn name(plan: &Plan, state: &State, feature: Feature) -> String {
     match feature {
         Feature::Segment(segment) => {
-            let yarn = chains.map(|c| c.yarns.partition_point(|yarn| yarn.nodes.end <= segment.0));
-            match (chains, yarn) {
-                (Some(c), Some(yarn)) if yarn < c.yarns.len() => {
-                    let part = plan.body.domains.get(c.yarns[yarn].domain.0 as usize);
-                    let part = part.map_or("", |domain| domain.name.as_str());
-                    format!("yarn {yarn} of {part}, segment {}", segment.0 - c.yarns[yarn].nodes.start)
-                }
-                _ => format!("segment {}", segment.0),
-            }
+            let part = state.domains.iter().find(|(_, first, end)| (*first..*end).contains(&segment.0));
+            let run = state.runs.iter().find(|run| run.nodes.contains(&segment.0));
+            let (Some((part, first, _)), Some(run)) = (part, run) else { return format!("segment {}", segment.0) };
+            // The part's first yarn and this yarn's first node, both by its runs: breaking leaves their order.
+            let first_yarn = state.runs.iter().find(|run| run.nodes.end > *first).map_or(0, |run| run.yarn.0);
+            let start = state.runs.iter().find(|other| other.yarn == run.yarn).map_or(0, |run| run.nodes.start);
+            format!("yarn {} of {part} (segment {})", run.yarn.0 - first_yarn, segment.0 - start)
         }
         Feature::Body(body) => {
             let recipes = plan.body.domains.iter().filter_map(|domain| match &domain.recipe {

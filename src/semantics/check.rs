@@ -1,5 +1,6 @@
 //! The way through the room: from a file to a program, or to what is wrong with it.
 
+use std::cell::OnceCell;
 use std::collections::HashMap;
 use std::path::Path;
 use std::rc::Rc;
@@ -110,7 +111,7 @@ fn checked(
     }
     elaborator.diagnostics.append(diagnostics);
     let root = open_library(&mut elaborator, library.modules());
-    let mut file = File { elaborator, root, main, cases, sets: &sets, options };
+    let mut file = File { elaborator, root, main, cases, sets: &sets, case_names: OnceCell::new(), options };
     file.open_modules(&user);
     file.finish_kinds();
     file.set_up();
@@ -230,6 +231,7 @@ pub struct File<'t> {
     pub main: &'t Module,
     pub cases: Vec<CaseBlock<'t>>,
     sets: &'t [Tree],
+    case_names: OnceCell<CaseNames<'t>>,
     pub options: &'t Options,
 }
 
@@ -436,11 +438,10 @@ impl<'t> File<'t> {
                 }
                 continue;
             };
-            if self.options.quick {
-                e.add_change(Written::Tree(item), scope, How::Set, layer::QUICK);
-            } else if e.find(&path.head.text, scope).is_none()
-                && e.stages.last().is_some_and(|stage| stage.scope == scope)
-            {
+            // Not asked for: only a path that nothing declares is told, once.
+            let unknown =
+                e.find(&path.head.text, scope).is_none() && e.stages.last().is_some_and(|stage| stage.scope == scope);
+            if self.options.quick || unknown {
                 e.add_change(Written::Tree(item), scope, How::Set, layer::QUICK);
             }
         }
@@ -512,47 +513,21 @@ impl<'t> File<'t> {
 
     /// Whether a condition at the top of the file speaks of cases, itself or through what it names.
     pub fn speaks_of_cases(&self, condition: &tree::Expr) -> bool {
-        let written = self.main.tree.items.iter().filter_map(|item| match &item.node {
-            ItemNode::Block(block) if block.kind.text == "case" => block.name.as_ref(),
-            _ => None,
-        });
-        let mut names: HashMap<&str, usize> = HashMap::new();
-        for name in written {
-            let next = names.len();
-            names.entry(&name.text).or_insert(next);
-        }
-        if names.is_empty() {
+        let known = self.case_names.get_or_init(|| CaseNames::of(&self.main.tree.items));
+        if known.cases == 0 {
             return false;
         }
-        let mut bodies: HashMap<&str, (usize, &tree::Expr)> = HashMap::new();
-        for item in &self.main.tree.items {
-            match &item.node {
-                ItemNode::Let { name, value, .. } | ItemNode::Function { name, body: value, .. } => {
-                    bodies.insert(&name.text, (names.len() + bodies.len(), value));
-                }
-                ItemNode::Block(block) if matches!(block.kind.text.as_str(), "study" | "calibrate" | "design") => {
-                    // What a study finds belongs to the file, not to a case.
-                    let name = block.name.as_ref().unwrap_or(&block.kind);
-                    if mentions(condition, name.text.as_str()) {
-                        return true;
-                    }
-                }
-                _ => {}
-            }
-        }
-        let all: HashMap<&str, usize> =
-            names.iter().map(|(n, i)| (*n, *i)).chain(bodies.iter().map(|(n, (i, _))| (*n, *i))).collect();
-        let mut seen = vec![false; all.len()];
+        let mut seen = vec![false; known.names.len()];
         let mut waiting = vec![condition];
         while let Some(expr) = waiting.pop() {
-            let mut found = Mentions { names: &all, found: Vec::new() };
+            let mut found = Mentions { names: &known.names, found: Vec::new() };
             found.expr(expr);
             for (i, _) in found.found {
-                if i < names.len() {
-                    return true;
-                }
-                if !std::mem::replace(&mut seen[i], true) {
-                    waiting.extend(bodies.values().filter(|(k, _)| *k == i).map(|(_, body)| *body));
+                match known.bodies.get(i) {
+                    // A case, or a study, whose results belong to the file and not to a case.
+                    None | Some(None) => return true,
+                    Some(Some(body)) if !std::mem::replace(&mut seen[i], true) => waiting.push(body),
+                    Some(Some(_)) => {}
                 }
             }
         }
@@ -560,11 +535,35 @@ impl<'t> File<'t> {
     }
 }
 
-fn mentions(expr: &tree::Expr, name: &str) -> bool {
-    let names = HashMap::from([(name, 0)]);
-    let mut found = Mentions { names: &names, found: Vec::new() };
-    found.expr(expr);
-    !found.found.is_empty()
+/// Names at the top of a file through which a condition may speak of cases.
+struct CaseNames<'t> {
+    cases: usize,
+    names: HashMap<&'t str, usize>,
+    /// The body of a `let` or `fn`; None for a case or a study.
+    bodies: Vec<Option<&'t tree::Expr>>,
+}
+
+impl<'t> CaseNames<'t> {
+    fn of(items: &'t [Item]) -> Self {
+        let mut known = Self { cases: 0, names: HashMap::new(), bodies: Vec::new() };
+        for item in items {
+            let (name, body) = match &item.node {
+                ItemNode::Let { name, value, .. } | ItemNode::Function { name, body: value, .. } => (name, Some(value)),
+                ItemNode::Block(block) => {
+                    match block.kind.text.as_str() {
+                        "case" => known.cases += 1,
+                        "study" | "calibrate" | "design" => {}
+                        _ => continue,
+                    }
+                    (block.name.as_ref().unwrap_or(&block.kind), None)
+                }
+                _ => continue,
+            };
+            known.names.insert(&name.text, known.bodies.len());
+            known.bodies.push(body);
+        }
+        known
+    }
 }
 
 /// The changes among a case's items; `set = …` is the case's own field.

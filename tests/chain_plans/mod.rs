@@ -85,6 +85,13 @@ impl Draft {
         self.pass(Kernel::Fix { nodes, axes: Axes([true; 3]), timing: ALWAYS })
     }
 
+    /// Pulls a yarn's end outward with `tension` N.
+    pub fn pull_end(&mut self, domain: DomainId, node: u32, tension: f64) -> Node {
+        let tape = self.tape(vec![Op::Number(tension)]);
+        let nodes = vec![NodeSet { domain: domain.0, ranges: vec![[node, node + 1]] }];
+        self.pass(Kernel::Drive { nodes, drive: Drive::EndTension { tape, pitch: vec![1.0] }, timing: ALWAYS })
+    }
+
     pub fn drive(&mut self, domain: DomainId, node: u32, velocity: [f64; 3]) -> Node {
         let tape = self.constant(velocity);
         let nodes = vec![NodeSet { domain: domain.0, ranges: vec![[node, node + 1]] }];

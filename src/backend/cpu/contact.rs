@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::blocks::Changes;
 use super::engine::Engine;
-use crate::backend::observe::{ContactTotals, HaltReason};
+use crate::backend::observe::HaltReason;
 use crate::physics::contact::{Contact, ContactSettings, ContactStats};
 use crate::physics::rigid;
 
@@ -24,7 +24,6 @@ impl Engine<'_> {
         let Some(passes) = self.program.contact.as_ref().filter(|passes| !passes.rules.is_empty()) else { return };
         let settings = ContactSettings { skin: passes.skin, sweeps: passes.sweeps, tolerance: passes.tolerance };
         let solver = Contact::new(settings, &passes.rules, &self.chains, &self.bodies);
-        self.contact_totals = ContactTotals { taken: vec![0.0; passes.rules.len()], ..ContactTotals::default() };
         self.touch = Some(Touch {
             solver,
             last: ContactStats::default(),
@@ -82,9 +81,6 @@ impl Engine<'_> {
         totals.rebuilds += u64::from(stats.rebuilt);
         totals.sweeps += u64::from(stats.sweeps);
         totals.deepest = totals.deepest.max(stats.overlap);
-        for (taken, rule) in totals.taken.iter_mut().zip(&stats.rules) {
-            *taken += rule.dissipated();
-        }
     }
 
     /// What contact did to a body in the last step, averaged over it, N.

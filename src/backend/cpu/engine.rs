@@ -312,7 +312,7 @@ fn watch(plan: &Plan) -> Watch {
 fn longest_step(op: &program::Op) -> Option<f64> {
     use program::Op;
     match op {
-        Op::Seq(ops) => ops.iter().filter_map(|op| longest_step(op)).reduce(f64::max),
+        Op::Seq(ops) => ops.iter().filter_map(longest_step).reduce(f64::max),
         Op::Run { step, each, .. } => Some(step / f64::from(substeps(each))),
         _ => None,
     }

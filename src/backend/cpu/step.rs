@@ -1,7 +1,5 @@
 //! One step: kick, act, touch, drift, turn sections, part segments; and what each of them books.
 
-use glam::DVec3;
-
 use super::blocks;
 use super::engine::{BreakingRoom, Engine};
 use crate::backend::observe::{Halt, HaltReason};
@@ -217,21 +215,21 @@ impl Engine<'_> {
         self.cut_blocks();
     }
 
-    /// The segment pulled with f(xₙ) over half of this step and is gone for the other half of the trapezoid: it takes the
-    /// mean of its energies at both ends along.
+    /// The segment pulled with f(xₙ) over the first half of this step's trapezoid and is gone for the second: it takes
+    /// its energy at xₙ less the work of that half, U(xₙ) + ½T(xₙ)·h·t(xₙ)·Δv⁺.
     fn part_segment(&mut self, part: usize, parting: &breaking::Parting) {
         if !breaking::part(&mut self.chains, parting.segment) {
             return;
         }
         let i = parting.segment as usize;
         let chains = &self.chains;
-        let law = &chains.laws[chains.yarns[parting.yarn.0 as usize].law as usize];
+        let stiffness = chains.laws[chains.yarns[parting.yarn.0 as usize].law as usize].axial_stiffness;
         let rest = chains.rest_length[i];
-        let now = chains.position[i + 1] - chains.position[i];
-        let before = now - (chains.velocity[i + 1] - chains.velocity[i]) * self.h;
-        let strain = |chord: DVec3| chord.length() / rest - 1.0;
-        let energy = |strain: f64| 0.5 * law.axial_stiffness * strain * strain * rest;
-        let released = 0.5 * (energy(strain(now)) + energy(strain(before)));
+        let opening = (chains.velocity[i + 1] - chains.velocity[i]) * self.h;
+        let chord = chains.position[i + 1] - chains.position[i] - opening;
+        let strain = chord.length() / rest - 1.0;
+        let tension = stiffness * strain;
+        let released = 0.5 * tension * (strain * rest + chord.normalize_or_zero().dot(opening));
         self.ledger.accounts[part].now.breaking -= released;
         self.broken.push(parting.segment);
     }

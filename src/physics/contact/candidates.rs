@@ -53,8 +53,8 @@ pub(super) struct Candidates {
     epoch: Option<u64>,
 }
 
-/// Chunks sought by one task.
-const BATCH: usize = 64;
+/// Pairs of chunks looked at by one task.
+const BATCH: usize = 512;
 
 impl Candidates {
     /// Seeks anew around every chunk that has used up half of its skin, if any has used up all of it; around all
@@ -79,36 +79,27 @@ impl Candidates {
             }
         }
         if laws.any_between_yarns() {
-            self.broad.update(&self.stale, chunks, chains);
+            self.broad.seek(&self.is_stale, chunks, chains);
             self.seek(chunks, chains, laws, parallel);
         }
         Sought { rebuilt: true, chunks: self.stale.len() }
     }
 
     fn seek(&mut self, chunks: &Chunks, chains: &Chains, laws: &Laws, parallel: bool) {
-        let (broad, is_stale) = (&self.broad, &self.is_stale);
-        let tasks = self.stale.len().div_ceil(BATCH);
+        let pairs = &self.broad.pairs;
+        let tasks = pairs.len().div_ceil(BATCH);
         if self.found.len() < tasks {
             self.found.resize_with(tasks, Vec::new);
         }
-        let one = |found: &mut Vec<Group>, stale: &[u32]| {
+        let one = |found: &mut Vec<Group>, pairs: &[(u32, u32)]| {
             found.clear();
-            for &c in stale {
-                broad.near(c, chunks, |other| {
-                    // Two stale chunks find each other; the lower one keeps the pair.
-                    if is_stale[other as usize] && other < c {
-                        return;
-                    }
-                    let (a, b) = (c.min(other), c.max(other));
-                    found.extend(group(a, b, chunks, chains, laws));
-                });
-            }
+            found.extend(pairs.iter().filter_map(|&(a, b)| group(a, b, chunks, chains, laws)));
         };
-        let (found, stale) = (&mut self.found[..tasks], &self.stale);
+        let found = &mut self.found[..tasks];
         if parallel {
-            found.par_iter_mut().zip(stale.par_chunks(BATCH)).for_each(|(f, s)| one(f, s));
+            found.par_iter_mut().zip(pairs.par_chunks(BATCH)).for_each(|(f, p)| one(f, p));
         } else {
-            found.iter_mut().zip(stale.chunks(BATCH)).for_each(|(f, s)| one(f, s));
+            found.iter_mut().zip(pairs.chunks(BATCH)).for_each(|(f, p)| one(f, p));
         }
         self.fresh.clear();
         for found in &self.found[..tasks] {

@@ -23,6 +23,7 @@ use std::time::Instant;
 
 use glam::DVec3;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 pub use stats::{ContactStats, RuleTotals, Seconds};
 
@@ -43,7 +44,8 @@ pub struct ContactSettings {
     pub skin: f64,
     /// Most Gauss–Seidel sweeps of an island in a step.
     pub sweeps: u32,
-    /// An island is solved when no impulse moves its touch by more than this in a step, m. Overlaps up to it are left.
+    /// Overlaps up to this are left, m. An island is solved when no impulse moves its touch by more than a thirty-second of
+    /// it in a step, for what is left of one step adds to that of the next.
     pub tolerance: f64,
 }
 
@@ -64,6 +66,15 @@ pub struct Contact {
     last_h: f64,
     blocks: Vec<Block>,
     local: Vec<AtomicU32>,
+}
+
+/// What a checkpoint must keep of contact for the next step to have the same bits: the impulses it starts from.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ContactMemory {
+    /// Feature keys and impulses (N·s) of yarn pairs and of yarns with bodies.
+    impulses: [Vec<(u64, DVec3)>; 2],
+    /// Length of the step they belong to, s.
+    step: f64,
 }
 
 /// Groups in a block of the narrow phase.
@@ -124,6 +135,18 @@ impl Contact {
             local: (0..nodes).map(|_| AtomicU32::new(0)).collect(),
             laws,
         }
+    }
+
+    /// All that the next step takes over from the last ones.
+    pub fn memory(&self) -> ContactMemory {
+        let pressed = |side: usize| self.last[side].iter().filter(|(_, p)| *p != DVec3::ZERO).copied().collect();
+        ContactMemory { impulses: [pressed(0), pressed(1)], step: self.last_h }
+    }
+
+    /// Goes on from a checkpoint's memory.
+    pub fn recall(&mut self, memory: ContactMemory) {
+        self.last = memory.impulses;
+        self.last_h = memory.step;
     }
 
     /// Corrects the velocities of a step of `h` s, after the kick and before the drift. `approach` are the nodes'

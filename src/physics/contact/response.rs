@@ -244,7 +244,7 @@ impl Island<'_> {
         }
     }
 
-    /// Sweeps until no impulse moves its touch by more than `tolerance` m in a step of `h` s, or `most` sweeps are done.
+    /// Sweeps until no impulse moves its touch by more than 1/32 of `tolerance` m in a step of `h` s, or `most` sweeps are done.
     /// Returns the sweeps done and the last largest move, m.
     pub fn sweep<const FLAT: bool>(&mut self, h: f64, tolerance: f64, most: u32) -> (u32, f64) {
         let mut residual = 0.0;
@@ -261,7 +261,7 @@ impl Island<'_> {
             residual *= h;
             // One touch alone is solved exactly by its first projection.
             let alone = self.yarns.len() + self.with_bodies.len() == 1;
-            if residual < tolerance || (alone && self.with_bodies.is_empty()) {
+            if residual < tolerance / 32.0 || (alone && self.with_bodies.is_empty()) {
                 return (sweep, if alone { 0.0 } else { residual });
             }
         }

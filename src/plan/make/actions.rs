@@ -7,7 +7,7 @@ use crate::plan::{Axes, Drive, Kernel, NodeSet, OriginId, Timing};
 use crate::scene::{self, Fix, Given, Item, Pull, SelectStep, Selection, SelectionTerm, Signal};
 
 use super::Maker;
-use super::domains::{Family, Place, Unfolded};
+use super::domains::{Family, Place, Unfolded, UnfoldedYarn};
 
 impl Maker<'_> {
     pub(super) fn fix(&mut self, item: &Item, fix: &Fix) -> Option<(Kernel, OriginId)> {
@@ -159,27 +159,31 @@ impl Unfolded {
         self.nodes_of(&yarns, None)
     }
 
-    /// The clamped rim of a ply: the tips of the yarns that end on that side.
+    /// The rim of a ply as a clamp grips it: the tips of the yarns that end on a side, and the yarn that runs along it.
     fn edges(&self, side: Option<&SelectStep>) -> Option<Vec<u32>> {
-        let of = |family: Family, last: bool| {
-            let mut nodes: Vec<u32> = self
-                .yarns
-                .iter()
-                .filter(|yarn| yarn.family == family)
-                .map(|yarn| if last { yarn.nodes.end - 1 } else { yarn.nodes.start })
-                .collect();
-            nodes.sort_unstable();
-            nodes
+        let sides = match side {
+            None => vec!["left", "right", "bottom", "top"],
+            Some(SelectStep::Member(side)) => vec![side.as_str()],
+            Some(SelectStep::Index(_)) => return None,
         };
-        let Some(side) = side else { return Some(self.tips()) };
-        let SelectStep::Member(side) = side else { return None };
-        Some(match side.as_str() {
-            "left" => of(Family::Weft, false),
-            "right" => of(Family::Weft, true),
-            "bottom" => of(Family::Warp, false),
-            "top" => of(Family::Warp, true),
-            _ => return None,
-        })
+        let mut nodes = Vec::new();
+        for side in sides {
+            let (ending, last) = match side {
+                "left" => (Family::Weft, false),
+                "right" => (Family::Weft, true),
+                "bottom" => (Family::Warp, false),
+                "top" => (Family::Warp, true),
+                _ => return None,
+            };
+            let tip = |yarn: &UnfoldedYarn| if last { yarn.nodes.end - 1 } else { yarn.nodes.start };
+            nodes.extend(self.yarns.iter().filter(|yarn| yarn.family == ending).map(tip));
+            let mut along = self.yarns.iter().filter(|yarn| yarn.family != ending);
+            let border = if last { along.next_back() } else { along.next() };
+            nodes.extend(border.into_iter().flat_map(|yarn| yarn.nodes.clone()));
+        }
+        nodes.sort_unstable();
+        nodes.dedup();
+        Some(nodes)
     }
 
     fn tips_of(&self, yarns: &[usize], index: Option<&SelectStep>) -> Vec<u32> {

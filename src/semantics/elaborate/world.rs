@@ -12,6 +12,9 @@ use crate::syntax::tree;
 
 use super::Elaborator;
 
+/// Diagnostics after which nothing is suggested any more.
+const ENOUGH_SUGGESTIONS: usize = 200;
+
 impl World for Elaborator<'_> {
     fn units(&self) -> &Units {
         &self.units
@@ -50,7 +53,9 @@ impl World for Elaborator<'_> {
 
     fn names(&self, scope: ScopeId) -> Vec<String> {
         let mut names = self.declared_names(scope);
-        names.extend(self.kinds.names().map(|name| name.to_string()));
+        if self.diagnostics.len() <= ENOUGH_SUGGESTIONS {
+            names.extend(self.kinds.names().map(|name| name.to_string()));
+        }
         names
     }
 
@@ -175,8 +180,12 @@ impl Elaborator<'_> {
     }
 
     /// Names of declarations and modules that are visible in a scope.
+    /// Empty once there are many diagnostics: looking for the nearest of n names n times would not be linear.
     pub fn declared_names(&self, scope: ScopeId) -> Vec<String> {
         let mut names = Vec::new();
+        if self.diagnostics.len() > ENOUGH_SUGGESTIONS {
+            return names;
+        }
         for id in self.around(scope) {
             let here = self.scope(id);
             names.extend(here.names.keys().chain(here.modules.keys()).map(|name| name.to_string()));
