@@ -57,6 +57,7 @@ fn same_sort(world: &dyn World, value: &Value, ty: &Type) -> bool {
         (Type::Kind(kind), Value::Object(object)) => world.descends(&object.kind, kind),
         (Type::Kind(kind), Value::Item(item)) => world.descends(&item.kind, kind),
         (Type::Kind(kind), Value::Template(template)) => world.descends(&template.kind, kind),
+        (Type::Kind(kind), Value::Case { .. }) => **kind == *"case",
         (Type::Part, Value::Item(_) | Value::Items(_) | Value::Template(_)) => true,
         (Type::State, Value::State { .. }) | (Type::Draft, Value::Draft(_)) | (Type::Table, Value::Table(_)) => true,
         (Type::Draft, Value::Object(object)) => world.descends(&object.kind, "draft"),
