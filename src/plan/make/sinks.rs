@@ -71,7 +71,7 @@ impl Maker<'_> {
                         "E0856",
                         format!("`{other}` files are not available yet"),
                         record.to.span(),
-                        "",
+                        "not written",
                     )
                     .note("`vtu` and `csv` are written.");
                     self.diagnostics.push(found);
@@ -128,7 +128,7 @@ impl Maker<'_> {
                     "E0857",
                     format!("the view `{name}` is not available yet"),
                     picture.view.span(),
-                    "",
+                    "cannot be drawn",
                 );
                 self.diagnostics.push(found);
                 return;
