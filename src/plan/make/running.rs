@@ -30,6 +30,7 @@ impl Maker<'_> {
         self.refuse_unrunnable(run);
         let chains = self.chain_domains();
         let mut order = Order::default();
+        let opening = self.opening(run, run_origin);
         let viscosity = self.viscosity(run);
         for domain in &chains {
             self.chain_passes(*domain, viscosity, run, run_origin, &mut order);
@@ -46,7 +47,31 @@ impl Maker<'_> {
             order.after.push(self.pass("settle", kernel, &["velocity"], &["velocity"], run_origin));
         }
         order.after.push(self.pass("ledger", Kernel::Ledger, &["position", "velocity"], &["ledger"], run_origin));
-        self.schedule(run, viscosity.unwrap_or(0.0), order);
+        self.schedule(run, viscosity.unwrap_or(0.0), opening, order);
+    }
+
+    /// The half kick that sets leapfrog's velocities back to the half step before the start.
+    fn opening(&mut self, run: &Run, run_origin: OriginId) -> Option<PassId> {
+        let integrator = run.integrator.value;
+        let text = match integrator {
+            Integrator::Auto => "auto",
+            Integrator::SymplecticEuler => "symplectic_euler",
+            Integrator::Leapfrog => "leapfrog",
+            Integrator::Euler => "euler",
+            Integrator::Rk4 => "rk4",
+            Integrator::Implicit => "implicit",
+        };
+        let origin = self.take("run.integrator", &run.integrator, text);
+        let reason = match integrator {
+            Integrator::Auto => {
+                "`auto` takes leapfrog: of second order at the cost of symplectic Euler, and it keeps energy over any time"
+            }
+            Integrator::Leapfrog => "leapfrog: velocities stand at half steps",
+            _ => "symplectic_euler: the first kick starts from the first velocities",
+        };
+        let leapfrog = matches!(integrator, Integrator::Auto | Integrator::Leapfrog);
+        self.decide("half_kick", "", leapfrog, reason, vec![origin])
+            .then(|| self.pass("half_kick", Kernel::HalfKick, &["force", "mass"], &["velocity"], run_origin))
     }
 
     fn refuse_unrunnable(&mut self, run: &Run) {
@@ -273,7 +298,7 @@ impl Maker<'_> {
         PassId(self.body.passes.len() as u32 - 1)
     }
 
-    fn schedule(&mut self, run: &Run, viscosity: f64, order: Order) {
+    fn schedule(&mut self, run: &Run, viscosity: f64, opening: Option<PassId>, order: Order) {
         let (bound, setter) = self.bounds(viscosity);
         let step = self.step(run, bound, setter);
         let (duration, most_steps) = match &run.extent {
@@ -296,7 +321,11 @@ impl Maker<'_> {
         each.extend(passes(order.drift));
         each.extend(passes(order.after));
         each.extend([Node::Commit, Node::Emit]);
-        self.body.schedule = Node::Run { step, duration, most_steps, each: Box::new(Node::Seq(each)) };
+        let repeated = Node::Run { step, duration, most_steps, each: Box::new(Node::Seq(each)) };
+        self.body.schedule = match opening {
+            Some(opening) => Node::Seq(vec![Node::Pass(opening), repeated]),
+            None => repeated,
+        };
         self.advise(most_steps);
     }
 
