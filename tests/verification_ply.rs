@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use from_text::{last_for, plan_of, run};
 use glam::DVec3;
 use ripstop::backend::cpu::{self, Engine, Inputs, RunOptions};
-use ripstop::backend::{HaltReason, Observer, Outcome, State};
+use ripstop::backend::{HaltReason, Observer, Outcome, Silent, State};
 use ripstop::oracle::{Settings, Verifier};
 use ripstop::physics::{Chains, gershgorin};
 use ripstop::plan::{Kernel, Plan, Quantity, Reading, Recipe};
@@ -66,7 +66,7 @@ fn the_books_close_at_any_speed() {
     for speed in [50.0, 400.0, 1000.0] {
         let breaks = "breaks = strain(5 %); friction = coulomb(static = 0.2, kinetic = 0.2)";
         let travel = format!("duration = {} us", 5.0_f64.min(1000.0 / speed));
-        let outcome = run(&plan_of(&scene(6.0, above, speed, breaks, CLAMP, &travel)), on(1));
+        let outcome = run(&plan_of(&scene(6.0, above, speed, breaks, CLAMP, &travel)), &mut Silent, on(1));
         assert!(outcome.halt.is_none(), "{:?}", outcome.halt);
         let closure = outcome.ledger.closure();
         let given = outcome.ledger.accounts[0].now.contact;
@@ -84,7 +84,7 @@ fn the_same_bits_on_one_and_two_threads() {
         "breaks = strain(1 %); flattening = ellipse(limit = 60 %); friction = coulomb(static = 0.2, kinetic = 0.2)";
     let mut plan = plan_of(&scene(26.0, just_above(5.0), 800.0, breaks, CLAMP, "duration = 5 us"));
     last_for(&mut plan, 60);
-    let [one, two] = [1, 2].map(|threads| run(&plan, on(threads)));
+    let [one, two] = [1, 2].map(|threads| run(&plan, &mut Silent, on(threads)));
     assert!(one.state.position.len() > 4096 && one.contact.contacts > 0);
     assert!(bits(&one.state) == bits(&two.state), "bits differ");
     assert_eq!(one.state, two.state);
@@ -100,7 +100,7 @@ fn a_free_ply_and_its_ball_keep_their_momentum() {
     let yarn = "breaks = strain(3 %); friction = coulomb(static = 0.3, kinetic = 0.2)";
     let text = scene(6.0, just_above(2.0), 500.0, yarn, "", "duration = 2 us; gravity = [0, 0, 0] m/s^2");
     let plan = plan_of(&text);
-    let outcome = run(&plan, on(1));
+    let outcome = run(&plan, &mut Silent, on(1));
     let ball = plan.body.domains.iter().find_map(|domain| match &domain.recipe {
         Recipe::Bodies(bodies) => Some(bodies[0].mass),
         _ => None,
@@ -123,7 +123,8 @@ fn nothing_passes_through_a_ply_that_cannot_break() {
         last_for(&mut plan, 300);
         let mut verifier = Verifier::new(Settings { overlap_every: 20, ..Settings::default() });
         let mut look = |view: &ripstop::backend::StepView<'_>| verifier.look(view);
-        let outcome = run(&plan, RunOptions { threads: 1, verify: Some(&mut look), ..RunOptions::default() });
+        let outcome =
+            run(&plan, &mut Silent, RunOptions { threads: 1, verify: Some(&mut look), ..RunOptions::default() });
         let totals = verifier.totals().unwrap();
         println!(
             "{speed:6} m/s: {} touches, {} sweeps, deepest {:?}, closure {:.1e}",
@@ -154,7 +155,7 @@ fn a_resumed_run_with_contact_has_the_bits_of_an_unbroken_one() {
         "breaks = strain(2 %); flattening = ellipse(limit = 60 %); friction = coulomb(static = 0.2, kinetic = 0.2)";
     let mut plan = plan_of(&scene(6.0, just_above(2.0), 400.0, yarn, CLAMP, "duration = 3 us"));
     last_for(&mut plan, 300);
-    let whole = run(&plan, on(1));
+    let whole = run(&plan, &mut Silent, on(1));
     for stop in [1, 77, 150] {
         let mut observer = StopAfter(stop, AtomicU64::new(0));
         let half = match cpu::run(&plan, &Inputs::default(), on(1), &mut observer) {
@@ -166,7 +167,7 @@ fn a_resumed_run_with_contact_has_the_bits_of_an_unbroken_one() {
         // Through the text of a checkpoint, as a user resumes.
         let written = serde_json::to_vec(&half.state).unwrap();
         let read: State = serde_json::from_slice(&written).unwrap();
-        let resumed = run(&plan, RunOptions { resume: Some(&read), ..on(1) });
+        let resumed = run(&plan, &mut Silent, RunOptions { resume: Some(&read), ..on(1) });
         assert_eq!(resumed.steps, whole.steps);
         assert!(bits(&resumed.state) == bits(&whole.state), "stopped at {stop}: bits differ");
         assert_eq!(resumed.state, whole.state, "stopped at {stop}");

@@ -21,9 +21,8 @@ pub fn plan_of(text: &str) -> Plan {
 
 /// Runs a plan and expects that nothing refuses it.
 #[track_caller]
-pub fn run(plan: &Plan, options: RunOptions<'_>) -> Outcome {
-    let mut silent = Silent;
-    match cpu::run(plan, &Inputs::default(), options, &mut silent) {
+pub fn run<'a>(plan: &Plan, silent: &'a mut Silent, options: RunOptions<'a>) -> Outcome {
+    match cpu::run(plan, &Inputs::default(), options, silent) {
         Ok(outcome) => outcome,
         Err(refusal) => panic!("refused: {}", refusal.message),
     }
