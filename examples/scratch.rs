@@ -106,7 +106,7 @@ fn main() {
     let runner = ripstop::scene::Run {
         extent: Extents::Duration(g(origin, us * 1e-6)),
         gravity: g(origin, [0.0, 0.0, -9.80665]),
-        step: g(origin, Step::Auto),
+        step: g(origin, if arg(12, 0.0) > 0.0 { Step::Fixed(arg(12, 0.0) * 1e-9) } else { Step::Auto }),
         integrator: g(origin, Integrator::Auto),
         bulk_viscosity: g(origin, 0.06),
         seed: g(origin, 1),
@@ -146,6 +146,8 @@ fn main() {
         out.node_steps as f64 / out.wall.total
     );
     println!("ledger {:?}", out.ledger);
+    let share = out.step * speed / (1.0 / sett / npc as f64);
+    println!("closure {:.3e}, step {:.3} ns, speed * step / cell = {share:.4}", out.ledger.closure(), out.step * 1e9);
     println!("contact {:?}", out.contact);
     println!("broken {:?} largest {}", out.broken, out.largest_strain);
     println!("bodies {:?} halt {:?}", out.bodies, out.halt);

@@ -37,6 +37,7 @@ fn shot(speed: f64, duration: f64) -> Plan {
     };
     let bodies = draft.domain("bodies", Recipe::Bodies(vec![ball]), 64);
     let rule = ContactRule {
+        name: String::new(),
         between: [ContactSide::Chains(yarn), ContactSide::Body(0)],
         restitution: 0.0,
         friction: None,

@@ -7,6 +7,7 @@ use super::ledger::Ledger;
 use super::tape::Memory;
 use crate::physics::Run;
 use crate::physics::breaking::Spent;
+use crate::physics::contact::ContactMemory;
 
 /// Everything that the plan does not give. Arrays over nodes run over all chain domains in plan order.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -32,6 +33,9 @@ pub struct State {
     /// Stretches of yarn that broke and are still over their strength.
     pub spent: Vec<Spent>,
     pub bodies: Vec<BodyState>,
+    /// Impulses that the next contact step starts from.
+    #[serde(default)]
+    pub contact: ContactMemory,
     pub ledger: Ledger,
     /// Accumulators of each tape.
     pub tapes: Vec<Memory>,

@@ -109,7 +109,8 @@ pub enum Verdict {
 /// What the plan maker worked out and no run depends on.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Advice {
-    /// For each chain domain, the row of M⁻¹K that bounds its frequency.
+    /// For each chain domain, the row of M⁻¹K that bounds its frequency; then, where something moves, the speed that
+    /// bounds the turn of a segment.
     pub bounds: Vec<Bound>,
     /// Bytes.
     pub memory: u64,
@@ -125,7 +126,7 @@ pub struct Bound {
     pub domain: String,
     /// `warp 12 of ply, yarn seed`
     pub part: String,
-    /// Gershgorin bound on the highest frequency, rad/s.
+    /// Gershgorin bound on the highest frequency, rad/s; 0 where a speed sets the bound.
     pub omega: f64,
     /// s, with viscosity.
     pub step: f64,

@@ -95,6 +95,8 @@ pub enum Drive {
 /// How two sides touch.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ContactRule {
+    /// The `contact` block that last changed it; empty where none did.
+    pub name: String,
     pub between: [ContactSide; 2],
     pub restitution: f64,
     pub friction: Option<FrictionLaw>,

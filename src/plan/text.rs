@@ -146,6 +146,11 @@ impl Plan {
         heading(out, "advice (not hashed)");
         for bound in &self.advice.bounds {
             let place = &self.origins[bound.origin.0 as usize].place;
+            if bound.omega == 0.0 {
+                let (domain, step, part) = (&bound.domain, bound.step * 1e9, &bound.part);
+                line(out, 1, &format!("{domain}: step {step:.4} ns for accuracy, set by {part} ({place})"));
+                continue;
+            }
             let text = format!(
                 "{}: highest frequency {:.4e} rad/s, stable step {:.4} ns, set by {} ({place})",
                 bound.domain,

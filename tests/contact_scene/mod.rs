@@ -29,6 +29,7 @@ pub fn law(half_thickness: f64, half_width: f64) -> YarnLaw {
 
 pub fn rule(a: ContactSide, b: ContactSide) -> ContactRule {
     ContactRule {
+        name: String::new(),
         between: [a, b],
         restitution: 0.0,
         friction: None,

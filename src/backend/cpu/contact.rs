@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::blocks::Changes;
 use super::engine::Engine;
 use crate::backend::observe::HaltReason;
-use crate::physics::contact::{Contact, ContactSettings, ContactStats};
+use crate::physics::contact::{Contact, ContactMemory, ContactSettings, ContactStats};
 use crate::physics::rigid;
 
 /// Contact of one run: the solver, its last step, and the velocities that it was given.
@@ -19,11 +19,14 @@ pub(super) struct Touch {
 }
 
 impl Engine<'_> {
-    /// Sets contact up for the state as it stands.
-    pub(super) fn open_contact(&mut self) {
+    /// Sets contact up for the state as it stands; `memory` is a checkpoint's.
+    pub(super) fn open_contact(&mut self, memory: Option<ContactMemory>) {
         let Some(passes) = self.program.contact.as_ref().filter(|passes| !passes.rules.is_empty()) else { return };
         let settings = ContactSettings { skin: passes.skin, sweeps: passes.sweeps, tolerance: passes.tolerance };
-        let solver = Contact::new(settings, &passes.rules, &self.chains, &self.bodies);
+        let mut solver = Contact::new(settings, &passes.rules, &self.chains, &self.bodies);
+        if let Some(memory) = memory {
+            solver.recall(memory);
+        }
         self.touch = Some(Touch {
             solver,
             last: ContactStats::default(),
@@ -89,9 +92,16 @@ impl Engine<'_> {
         impulse.map_or(DVec3::ZERO, |[linear, _]| *linear / self.h)
     }
 
-    /// Whether any rule pressed in the last step.
-    pub(super) fn touching(&self) -> bool {
-        self.touch.as_ref().is_some_and(|touch| touch.last.pressed > 0)
+    /// What the next step takes over; empty without contact.
+    pub(super) fn contact_memory(&self) -> ContactMemory {
+        self.touch.as_ref().map_or_else(ContactMemory::default, |touch| touch.solver.memory())
+    }
+
+    /// Whether a rule named after `item` pressed in the last step.
+    pub(super) fn touching(&self, item: &str) -> bool {
+        let (Some(touch), Some(passes)) = (&self.touch, &self.program.contact) else { return false };
+        // What a rule exchanged is above zero wherever it pressed anything that moves.
+        passes.rules.iter().zip(&touch.last.rules).any(|(rule, totals)| rule.name == item && totals.exchanged > 0.0)
     }
 
     /// Overlaps that the oracle found in a step.

@@ -129,7 +129,7 @@ impl<'p> Engine<'p> {
         }
         engine.cut_blocks();
         engine.check_step_bound()?;
-        engine.open_contact();
+        engine.open_contact(resume.map(|state| state.contact.clone()));
         Ok(engine)
     }
 
@@ -236,6 +236,7 @@ impl<'p> Engine<'p> {
             broken: self.broken.clone(),
             spent: self.spent.clone(),
             bodies: (0..bodies.position.len()).map(body).collect(),
+            contact: self.contact_memory(),
             ledger: self.ledger.clone(),
             tapes: self.tapes.iter().map(|tape| tape.memory.clone()).collect(),
             actions: self.actions.iter().map(|action| action.state).collect(),

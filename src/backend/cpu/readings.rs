@@ -12,7 +12,7 @@ pub enum Source {
     Part(usize),
     Body(usize),
     Action(usize),
-    /// The contact pass as a whole.
+    /// The rules that a `contact` block named.
     Contact,
 }
 
@@ -36,7 +36,10 @@ pub fn source(engine: &mut Engine<'_>, reading: &Reading, tape: usize) -> Result
     let named = |name: &str| name == item || name.rsplit(' ').next() == Some(item);
     let action = || engine.actions.iter().position(|action| named(&action.name)).map(Source::Action);
     let contact = || {
-        let is = |pass: &crate::plan::Pass| matches!(pass.kernel, Kernel::Contact { .. }) && named(&pass.name);
+        let is = |pass: &crate::plan::Pass| match &pass.kernel {
+            Kernel::Contact { rules, .. } => rules.iter().any(|rule| rule.name == item),
+            _ => false,
+        };
         engine.plan.body.passes.iter().any(is).then_some(Source::Contact)
     };
     let found = part.or_else(body).or_else(action).or_else(contact);
@@ -116,7 +119,7 @@ impl Engine<'_> {
             (Source::Body(body), Quantity::Energy) => number(self.energy(self.parts.len() + body)),
             (Source::Body(body), Quantity::ContactForce) => self.contact_force(body),
             (Source::Action(action), Quantity::Force) => self.actions[action].force,
-            (Source::Contact, Quantity::Touching) => number(f64::from(u8::from(self.touching()))),
+            (Source::Contact, Quantity::Touching) => number(f64::from(u8::from(self.touching(&reading.item)))),
             _ => DVec3::NAN,
         }
     }

@@ -167,7 +167,11 @@ impl<'e, 'p, 'o> Runner<'e, 'p, 'o> {
                     self.execute(then);
                 }
             }
-            Op::HalfKick if self.first_step == 0 => self.timed(0, |engine| engine.half_kick(engine.h)),
+            Op::HalfKick if self.first_step == 0 => self.timed(0, |engine| {
+                engine.half_kick(engine.h);
+                // Held axes stay held.
+                engine.start_held();
+            }),
             Op::HalfKick | Op::Nothing | Op::Candidates => {}
             Op::Kick => self.timed(0, Engine::kick),
             Op::Contact => self.timed(1, Engine::contact),

@@ -55,6 +55,7 @@ impl Maker<'_> {
                     // A single strand has no second yarn to touch, but a later fold of it may.
                     let variant = ContactVariant::Tubes;
                     rules.push(ContactRule {
+                        name: String::new(),
                         between,
                         restitution: 0.0,
                         friction: None,
@@ -114,6 +115,7 @@ impl Maker<'_> {
                     let paper = contact.model.value == ContactModel::Paper;
                     rule.variant = if paper { ContactVariant::Boxes } else { ContactVariant::Tubes };
                     rule.boxed = *contact.r#box || paper;
+                    rule.name.clone_from(&item.name);
                     rule.origin = origin;
                 }
             }

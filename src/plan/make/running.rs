@@ -1,8 +1,11 @@
 //! The run: step, scheme, passes and the schedule that holds them.
 
+use glam::DVec3;
+
 use crate::diagnostics::Diagnostic;
 use crate::plan::{
-    Bound, Centre, Cost, DomainId, Field, Init, Kernel, Node, OriginId, Pass, PassId, Precision, Recipe, Relation, Role,
+    Bound, Centre, Cost, DomainId, Field, Init, Kernel, Node, OriginId, Pass, PassId, Precision, Recipe, Relation,
+    Role, constant,
 };
 use crate::scene::{Extents, Integrator, Item, ItemBody, Run, Step};
 
@@ -10,6 +13,11 @@ use super::Maker;
 
 /// The step is this share of the stable bound: the bound is safe for small strains, and yarns stretch by a few percent.
 const SAFETY: f64 = 0.9;
+
+/// The most that the fastest thing of a scene may turn a segment in a step (rad), with [`SAFETY`]. A segment that turns by θ
+/// while its tension rises by ΔT loses θ²·l·ΔT/4 to the scheme's trapezoid, so the energy that a run loses grows with
+/// θ: see [`turning_step`].
+const TURN: f64 = 0.02;
 
 /// Steps after which a static run that has not settled is stopped.
 const MOST_STATIC_STEPS: u64 = 2_000_000;
@@ -30,6 +38,7 @@ impl Maker<'_> {
         self.refuse_unrunnable(run);
         let chains = self.chain_domains();
         let mut order = Order::default();
+        let opening = self.opening(run, run_origin);
         let viscosity = self.viscosity(run);
         for domain in &chains {
             self.chain_passes(*domain, viscosity, run, run_origin, &mut order);
@@ -46,7 +55,31 @@ impl Maker<'_> {
             order.after.push(self.pass("settle", kernel, &["velocity"], &["velocity"], run_origin));
         }
         order.after.push(self.pass("ledger", Kernel::Ledger, &["position", "velocity"], &["ledger"], run_origin));
-        self.schedule(run, viscosity.unwrap_or(0.0), order);
+        self.schedule(run, viscosity.unwrap_or(0.0), opening, order);
+    }
+
+    /// The half kick that sets leapfrog's velocities back to the half step before the start.
+    fn opening(&mut self, run: &Run, run_origin: OriginId) -> Option<PassId> {
+        let integrator = run.integrator.value;
+        let text = match integrator {
+            Integrator::Auto => "auto",
+            Integrator::SymplecticEuler => "symplectic_euler",
+            Integrator::Leapfrog => "leapfrog",
+            Integrator::Euler => "euler",
+            Integrator::Rk4 => "rk4",
+            Integrator::Implicit => "implicit",
+        };
+        let origin = self.take("run.integrator", &run.integrator, text);
+        let reason = match integrator {
+            Integrator::Auto => {
+                "`auto` takes leapfrog: of second order at the cost of symplectic Euler, and it keeps energy over any time"
+            }
+            Integrator::Leapfrog => "leapfrog: velocities stand at half steps",
+            _ => "symplectic_euler: the first kick starts from the first velocities",
+        };
+        let leapfrog = matches!(integrator, Integrator::Auto | Integrator::Leapfrog);
+        self.decide("half_kick", "", leapfrog, reason, vec![origin])
+            .then(|| self.pass("half_kick", Kernel::HalfKick, &["force", "mass"], &["velocity"], run_origin))
     }
 
     fn refuse_unrunnable(&mut self, run: &Run) {
@@ -282,9 +315,10 @@ impl Maker<'_> {
         PassId(self.body.passes.len() as u32 - 1)
     }
 
-    fn schedule(&mut self, run: &Run, viscosity: f64, order: Order) {
+    fn schedule(&mut self, run: &Run, viscosity: f64, opening: Option<PassId>, order: Order) {
         let (bound, setter) = self.bounds(viscosity);
-        let step = self.step(run, bound, setter);
+        let turning = self.turning_bound();
+        let step = self.step(run, bound, setter, turning);
         let (duration, most_steps) = match &run.extent {
             Extents::Duration(given) => {
                 self.take("run.duration", given, format!("{} us", given.value * 1e6));
@@ -305,7 +339,11 @@ impl Maker<'_> {
         each.extend(passes(order.drift));
         each.extend(passes(order.after));
         each.extend([Node::Commit, Node::Emit]);
-        self.body.schedule = Node::Run { step, duration, most_steps, each: Box::new(Node::Seq(each)) };
+        let repeated = Node::Run { step, duration, most_steps, each: Box::new(Node::Seq(each)) };
+        self.body.schedule = match opening {
+            Some(opening) => Node::Seq(vec![Node::Pass(opening), repeated]),
+            None => repeated,
+        };
         self.advise(most_steps);
     }
 
@@ -323,7 +361,59 @@ impl Maker<'_> {
         smallest.map_or((f64::INFINITY, None), |(at, bound)| (bound.step, Some(at)))
     }
 
-    fn step(&mut self, run: &Run, bound: f64, setter: Option<usize>) -> f64 {
+    /// The step at which the fastest thing of the scene turns the shortest segment by [`TURN`] (s), and its place in
+    /// [`super::Advice::bounds`]; None where nothing moves against anything else.
+    fn turning_bound(&mut self) -> Option<(f64, usize)> {
+        let (name, speed, origin) = self.fastest()?;
+        let shortest = |unfolded: &super::Unfolded| {
+            let inner = |yarn: &super::domains::UnfoldedYarn| yarn.nodes.start as usize..yarn.nodes.end as usize - 1;
+            let lengths = unfolded.yarns.iter().flat_map(|yarn| &unfolded.rest_length[inner(yarn)]);
+            lengths.copied().fold(f64::INFINITY, f64::min)
+        };
+        let (length, domain) = self
+            .unfolded
+            .iter()
+            .map(|unfolded| (shortest(unfolded), unfolded.domain))
+            .min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let step = turning_step(length, speed);
+        let domain = self.body.domains[domain.0 as usize].name.clone();
+        let part = format!("{name} at {speed} m/s");
+        self.advice.bounds.push(Bound { domain, part, omega: 0.0, step, origin });
+        Some((step, self.advice.bounds.len() - 1))
+    }
+
+    /// What moves fastest against anything else at the start: its name, the speed between the two (m/s), its line.
+    fn fastest(&mut self) -> Option<(String, f64, OriginId)> {
+        let scene = self.scene;
+        let moving = |item: &Item| match &item.body {
+            ItemBody::Weave(weave) => Some(weave.velocity.value),
+            ItemBody::Strand(strand) => Some(strand.velocity.value),
+            ItemBody::Body(body) => Some(body.velocity.value),
+            ItemBody::Fix(_) => Some([0.0; 3]),
+            ItemBody::Pull(pull) => match &pull.drive {
+                crate::scene::Drive::Velocity(signal) => constant::evaluate(signal, DVec3::ZERO).map(DVec3::into),
+                _ => None,
+            },
+            _ => None,
+        };
+        let velocities: Vec<(&Item, DVec3)> =
+            scene.items.iter().filter_map(|item| moving(item).map(|v| (item, DVec3::from_array(v)))).collect();
+        let mut fastest: Option<(&Item, f64)> = None;
+        for (i, (a, v)) in velocities.iter().enumerate() {
+            for (b, w) in &velocities[..i] {
+                let between = (*v - *w).length();
+                if between > fastest.map_or(0.0, |(_, speed)| speed) {
+                    fastest = Some((if v.length() > w.length() { a } else { b }, between));
+                }
+            }
+        }
+        let (item, speed) = fastest?;
+        let path = format!("{}.velocity", item.name);
+        let known = self.body.taken.iter().find(|taken| taken.path == path).map(|taken| taken.origin);
+        Some((item.name.clone(), speed, known.unwrap_or_else(|| self.written(item.span))))
+    }
+
+    fn step(&mut self, run: &Run, bound: f64, setter: Option<usize>, turning: Option<(f64, usize)>) -> f64 {
         match run.step.value {
             Step::Fixed(step) => {
                 self.take("run.step", &run.step, format!("{} ns", step * 1e9));
@@ -343,8 +433,23 @@ impl Maker<'_> {
                 step
             }
             Step::Auto => {
-                self.take("run.step", &run.step, "auto");
-                if bound.is_finite() { SAFETY * bound } else { self.body_step(run) }
+                let origin = self.take("run.step", &run.step, "auto");
+                if !bound.is_finite() {
+                    let reason = "a thousandth of the run: nothing vibrates";
+                    self.decide("step", "", true, reason, vec![origin]);
+                    return self.body_step(run);
+                }
+                let turning = turning.filter(|(step, _)| *step < bound);
+                let set_by = turning.map(|(_, at)| at).or(setter).map(|at| &self.advice.bounds[at]);
+                let (part, set_at) = set_by.map_or((String::new(), origin), |set| (set.part.clone(), set.origin));
+                let reason = match turning {
+                    Some(_) => {
+                        format!("{part} turns the shortest segment by {TURN} rad in it, and more would lose energy")
+                    }
+                    None => format!("{SAFETY} of the stable step that {part} sets"),
+                };
+                self.decide("step", "", true, reason, vec![set_at]);
+                SAFETY * turning.map_or(bound, |(step, _)| step)
             }
         }
     }
@@ -377,6 +482,11 @@ impl Maker<'_> {
         self.advice.memory = nodes * 400;
         self.advice.seconds = crate::plan::cost::seconds(nodes, steps, cost);
     }
+}
+
+/// The step whose [`SAFETY`] share lets a body at `speed` (m/s) turn a segment of `length` (m) by [`TURN`], s.
+fn turning_step(length: f64, speed: f64) -> f64 {
+    TURN / SAFETY * length / speed
 }
 
 fn settle_reason(settles: bool) -> &'static str {
