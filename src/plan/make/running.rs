@@ -17,7 +17,7 @@ const SAFETY: f64 = 0.9;
 /// The most that the fastest thing of a scene may turn a segment in a step (rad), with [`SAFETY`]. A segment that turns by θ
 /// while its tension rises by ΔT loses θ²·l·ΔT/4 to the scheme's trapezoid, so the energy that a run loses grows with
 /// θ: see [`turning_step`].
-const TURN: f64 = 0.02;
+const TURN: f64 = 0.015;
 
 /// Steps after which a static run that has not settled is stopped.
 const MOST_STATIC_STEPS: u64 = 2_000_000;
