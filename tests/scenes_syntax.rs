@@ -9,6 +9,7 @@ fn scenes() -> Vec<(PathBuf, String)> {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("scenarios/design");
     let mut paths: Vec<PathBuf> =
         std::fs::read_dir(folder).expect("the scenes are there").map(|entry| entry.expect("readable").path()).collect();
+    paths.retain(|path| path.extension().is_some_and(|ending| ending == "weave" || ending == "chute"));
     paths.sort();
     paths.into_iter().map(|path| (path.clone(), std::fs::read_to_string(&path).expect("readable"))).collect()
 }

@@ -147,7 +147,9 @@ impl Builder<'_, '_> {
 
     fn infix(&self, left: Built, op: &Pair<Rule>, right: Built) -> Built {
         let span = left.expr.span.to(right.expr.span);
-        self.check_blanks(op);
+        if self.check_blanks(op) {
+            return Built::plain(span, ExprNode::Broken);
+        }
         let binary = |op, left: Built, right: Built| {
             let (left, right) = (Box::new(left.expr), Box::new(right.expr));
             Built::plain(span, ExprNode::Binary { op, left, right })
@@ -229,17 +231,17 @@ impl Builder<'_, '_> {
         }
     }
 
-    /// An operator has blanks on both sides or on neither: `[0 -9.8]` may mean one element or two.
-    fn check_blanks(&self, op: &Pair<Rule>) {
+    /// An operator has blanks on both sides or on neither: `[0 -9.8]` may mean one element or two, and is then no value.
+    fn check_blanks(&self, op: &Pair<Rule>) -> bool {
         let (start, end) = (op.as_span().start(), op.as_span().end());
         let text = self.clean.text.as_bytes();
         if text[start].is_ascii_alphabetic() {
-            return;
+            return false;
         }
         let blank = |byte: Option<&u8>| byte.is_none_or(u8::is_ascii_whitespace);
         let (before, after) = (blank(text.get(start.wrapping_sub(1))), blank(text.get(end)));
         if before == after {
-            return;
+            return false;
         }
         let span = self.span(op);
         let missing = if before { Span { start: span.end, ..span } } else { Span { end: span.start, ..span } };
@@ -251,14 +253,13 @@ impl Builder<'_, '_> {
             if before { "no blank behind it" } else { "no blank before it" },
         );
         // `0 -9.8` may be a difference or two elements without their comma.
-        if symbol != "-" || !before {
-            diagnostic = diagnostic.fix(format!("put blanks on both sides of `{symbol}`"), missing, " ");
-        }
-        if symbol == "-" && before {
-            diagnostic =
-                diagnostic.note("elements of a list are parted by commas: `[0, -9.8]`; a difference is `a - b`");
-        }
+        let ambiguous = symbol == "-" && before;
+        diagnostic = match ambiguous {
+            true => diagnostic.note("elements of a list are parted by commas: `[0, -9.8]`; a difference is `a - b`"),
+            false => diagnostic.fix(format!("put blanks on both sides of `{symbol}`"), missing, " "),
+        };
         self.say(diagnostic);
+        ambiguous
     }
 
     fn starts_with_bracket(&self, span: Span) -> bool {

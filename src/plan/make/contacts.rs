@@ -84,15 +84,16 @@ impl Maker<'_> {
                 "E0721",
                 "a coefficient of restitution lies between 0 and 1",
                 contact.restitution.span(),
-                "",
+                "outside 0 .. 1",
             );
             self.diagnostics.push(found);
         }
         let friction =
             contact.friction.as_ref().map(|given| self.friction_law(&format!("{}.friction", item.name), given));
         if contact.model.value == ContactModel::Barrier {
-            let found = Diagnostic::error("E0851", "barrier contact is not available yet", contact.model.span(), "")
-                .note("Use `impulse`, the default, or `paper`.");
+            let found =
+                Diagnostic::error("E0851", "barrier contact is not available yet", contact.model.span(), "cannot run")
+                    .note("Use `impulse`, the default, or `paper`.");
             self.diagnostics.push(found);
         }
         let mut met = false;
@@ -124,7 +125,7 @@ impl Maker<'_> {
                 "E0722",
                 format!("`{}` names no pair that could touch", item.name),
                 contact.between.span(),
-                "",
+                "neither yarns with yarns nor yarns with a body",
             )
             .note("Name two parts: yarns with yarns, or yarns with a body.");
             self.diagnostics.push(found);
@@ -147,9 +148,14 @@ impl Maker<'_> {
             .map(|(_, item)| item)
             .collect();
         if let [first, second, ..] = bodies[..] {
-            let found = Diagnostic::error("E0853", "contact between two bodies is not available yet", second.span, "")
-                .also(first.span, "the other body")
-                .note("Keep one body in the scene for now.");
+            let found = Diagnostic::error(
+                "E0853",
+                "contact between two bodies is not available yet",
+                second.span,
+                "a second body",
+            )
+            .also(first.span, "the other body")
+            .note("Keep one body in the scene for now.");
             self.diagnostics.push(found);
         }
     }

@@ -160,7 +160,7 @@ impl Maker<'_> {
                 "E0702",
                 "the warp's share of the crimp lies between 0 and 1",
                 weave.shares.span(),
-                "",
+                "outside 0 % .. 100 %",
             );
             self.diagnostics.push(found);
             return None;
@@ -416,7 +416,7 @@ impl Maker<'_> {
                 "E0719",
                 "a cell is above zero and at most the strand's length",
                 strand.cell.span(),
-                "",
+                "does not fit",
             ));
             return None;
         }
@@ -571,7 +571,7 @@ impl Maker<'_> {
             Ok(solid) => Some(solid),
             Err(error) => {
                 let message = format!("the shape of `{}` is none: {error}", item.name);
-                self.diagnostics.push(Diagnostic::error("E0725", message, shape.span(), ""));
+                self.diagnostics.push(Diagnostic::error("E0725", message, shape.span(), "has no extent"));
                 None
             }
         }

@@ -94,8 +94,13 @@ impl<'a> Maker<'a> {
 
     /// Items of kinds that nothing runs yet stop the plan at their line.
     fn refuse_reserved(&mut self) {
-        let waiting: Vec<&Item> =
-            self.scene.items.iter().filter(|item| matches!(item.body, ItemBody::Reserved(_))).collect();
+        let reserved = |item: &&Item| matches!(item.body, ItemBody::Reserved(_));
+        // The parts of a canopy are not counted: the user wrote one block.
+        let own = |item: &&Item| item.span.file == self.program.file;
+        let mut waiting: Vec<&Item> = self.scene.items.iter().filter(reserved).filter(own).collect();
+        if waiting.is_empty() {
+            waiting = self.scene.items.iter().filter(reserved).collect();
+        }
         let Some(first) = waiting.first() else { return };
         let ItemBody::Reserved(until) = &first.body else { return };
         let message = match waiting.len() {

@@ -89,9 +89,13 @@ impl Maker<'_> {
         match run.integrator.value {
             Integrator::Auto | Integrator::SymplecticEuler | Integrator::Leapfrog => {}
             _ => {
-                let found =
-                    Diagnostic::error("E0854", "this integrator is not available yet", run.integrator.span(), "")
-                        .note("`auto`, `leapfrog` and `symplectic_euler` run.");
+                let found = Diagnostic::error(
+                    "E0854",
+                    "this integrator is not available yet",
+                    run.integrator.span(),
+                    "cannot run",
+                )
+                .note("`auto`, `leapfrog` and `symplectic_euler` run.");
                 self.diagnostics.push(found);
             }
         }
@@ -101,7 +105,8 @@ impl Maker<'_> {
             self.diagnostics.push(found);
         }
         if run.precision.value == crate::scene::Precision::F32 {
-            let found = Diagnostic::error("E0855", "single precision is not available yet", run.precision.span(), "");
+            let found =
+                Diagnostic::error("E0855", "single precision is not available yet", run.precision.span(), "cannot run");
             self.diagnostics.push(found);
         }
     }
@@ -117,8 +122,12 @@ impl Maker<'_> {
     fn viscosity(&mut self, run: &Run) -> Option<f64> {
         let origin = self.take("run.bulk_viscosity", &run.bulk_viscosity, run.bulk_viscosity.value.to_string());
         if run.bulk_viscosity.value < 0.0 {
-            let found =
-                Diagnostic::error("E0808", "a negative viscosity feeds energy in", run.bulk_viscosity.span(), "");
+            let found = Diagnostic::error(
+                "E0808",
+                "a negative viscosity feeds energy in",
+                run.bulk_viscosity.span(),
+                "below zero",
+            );
             self.diagnostics.push(found);
         }
         let needed = run.bulk_viscosity.value > 0.0;

@@ -107,10 +107,13 @@ impl Maker<'_> {
             Friction::Coulomb { r#static: at_rest, kinetic: sliding } => {
                 self.take(path, given, format!("coulomb, {at_rest} at rest, {sliding} sliding"));
                 if at_rest < 0.0 || sliding < 0.0 || sliding > at_rest {
-                    let found =
-                        Diagnostic::error("E0713", format!("`{path}` is no Coulomb friction"), given.span(), "").note(
-                            "Both coefficients are at least zero, and the kinetic one is at most the static one.",
-                        );
+                    let found = Diagnostic::error(
+                        "E0713",
+                        format!("`{path}` is no Coulomb friction"),
+                        given.span(),
+                        if sliding > at_rest { "sliding would resist more than sticking" } else { "below zero" },
+                    )
+                    .note("Both coefficients are at least zero, and the kinetic one is at most the static one.");
                     self.diagnostics.push(found);
                 }
                 Some(FrictionLaw { at_rest, sliding })

@@ -31,6 +31,10 @@ impl<'t> Elaborator<'t> {
         let ty = declared.unwrap_or_else(|| self.type_of(&default));
         let bounds =
             bounds.map(|written| (written, self.bounds_value(&env, written, &ty, &name, (&default, value.span))));
+        // Where the bounds are wrong, so may be the default: one of the two is told.
+        if bounds.as_ref().is_some_and(|(_, bounds)| bounds.is_poison()) {
+            return Value::Poison;
+        }
         let mut slot = Slot { value: default, origin };
         self.check_bounds(&name, &slot, bounds.as_ref());
         changes.iter().for_each(Assignment::hit);

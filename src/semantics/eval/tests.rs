@@ -170,13 +170,16 @@ fn ranges_include_their_end_unless_told() {
     };
     assert_eq!(counts("0 .. 3"), [0.0, 1.0, 2.0, 3.0]);
     assert_eq!(counts("0 ..< 3"), [0.0, 1.0, 2.0]);
-    assert_eq!(counts("3 .. 0").len(), 0);
+    assert_eq!(counts("1 .. 0").len(), 0);
     assert_eq!(counts("0 ..< 0").len(), 0);
     assert_eq!(counts("0 .. 6 by 2"), [0.0, 2.0, 4.0, 6.0]);
     assert_eq!(counts("3 .. 0 by -1"), [3.0, 2.0, 1.0, 0.0]);
     assert_eq!(counts("100 m/s .. 400 m/s by 20 m/s").len(), 16);
     assert_eq!(counts("0 mm .. 1 mm by 0.1 mm").len(), 11);
     assert_eq!(counts("0 mm ..< 1 mm by 0.1 mm").len(), 10);
+    let backwards = bench.eval("3 .. 0");
+    elements(&mut bench, &backwards, Span::new(FileId(0), 0, 0));
+    says(bench.one_problem("3 .. 0"), "W0327", &["from 3 down to 0"]);
     let mut refused = |text: &str| {
         let value = bench.eval(text);
         assert!(elements(&mut bench, &value, Span::new(FileId(0), 0, 0)).is_none(), "{text}");

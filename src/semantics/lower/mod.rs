@@ -44,6 +44,9 @@ impl Elaborator<'_> {
             return Some(ItemBody::Reserved(until));
         }
         if object.fields.values().any(|slot| poisoned(&slot.value)) {
+            if kind.is("weave") {
+                self.look_over_weave(object);
+            }
             return None;
         }
         if let Some(until) = self.written_too_early(object) {

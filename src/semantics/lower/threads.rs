@@ -39,6 +39,23 @@ impl Elaborator<'_> {
         Some(prepared)
     }
 
+    /// Looks for mistakes in what a weave says of its yarns, where another mistake keeps it from being drawn.
+    pub fn look_over_weave(&mut self, object: &Object) {
+        if written(object, "cell").is_some() {
+            return;
+        }
+        let missing: Vec<&str> =
+            ["warp", "weft", "sett"].into_iter().filter(|field| written(object, field).is_none()).collect();
+        if !missing.is_empty() {
+            self.bare_weave(object, &missing);
+        }
+        for slot in ["warp", "weft"].into_iter().filter_map(|direction| written(object, direction)) {
+            if let Value::Function(function) = &slot.value {
+                self.yarn_of(function, 0, 1, slot);
+            }
+        }
+    }
+
     fn bare_weave(&mut self, object: &Object, missing: &[&str]) {
         let list: Vec<String> = missing.iter().map(|field| format!("`{field}`")).collect();
         if self.explained(object.span, &list) {

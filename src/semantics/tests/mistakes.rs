@@ -73,7 +73,7 @@ fn every_rule_has_its_code() {
         ("body b { shape = point; mass = 1 g; position = b.position }\nrun fall { duration = 1 s }", "E06"),
         (
             "weave w { pattern = twill(1, 1, 2); warp = yarns.km2_600; weft = yarns.km2_600; sett = 10 /cm; size = [1, 1] mm }\nrun fall { duration = 1 s }",
-            "E0701",
+            "E0730",
         ),
     ];
     for (text, code) in cases {

@@ -57,6 +57,7 @@ fn same_sort(world: &dyn World, value: &Value, ty: &Type) -> bool {
         (Type::Kind(kind), Value::Object(object)) => world.descends(&object.kind, kind),
         (Type::Kind(kind), Value::Item(item)) => world.descends(&item.kind, kind),
         (Type::Kind(kind), Value::Template(template)) => world.descends(&template.kind, kind),
+        (Type::Kind(kind), Value::Case { .. }) => **kind == *"case",
         (Type::Part, Value::Item(_) | Value::Items(_) | Value::Template(_)) => true,
         (Type::State, Value::State { .. }) | (Type::Draft, Value::Draft(_)) | (Type::Table, Value::Table(_)) => true,
         (Type::Draft, Value::Object(object)) => world.descends(&object.kind, "draft"),
@@ -234,6 +235,10 @@ fn list(world: &dyn World, value: &Value, ty: &Type, of: &Type, count: Option<u3
         Value::Selection(_) if *of == Type::Point => vec![value.clone()],
         _ => return Err(mismatch::other(world, value, ty, place)),
     };
+    // Where an element is broken, so may be the count: a missing comma makes one of two.
+    if given.iter().any(Value::is_poison) {
+        return Ok(Value::Poison);
+    }
     if let Some(count) = count.filter(|count| *count as usize != given.len()) {
         return Err(mismatch::length(world, given.len(), count, ty, place));
     }

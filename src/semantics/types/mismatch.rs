@@ -256,7 +256,7 @@ pub(super) fn dimension(world: &dyn World, q: &Quantity, id: QuantityId, place: 
         return Box::new(no_unit(world, q, id, &wanted, place));
     }
     let diagnostic = error("E0312", clash(world, &value, &wanted, place), place, format!("{wanted} is wanted here"));
-    Box::new(advise(world, diagnostic, q, target, place))
+    Box::new(advise(world, diagnostic, q, target, (place, &quoted(world, &value, place))))
 }
 
 /// A list whose elements are alike and all wrong, as in `[0, 0, -200] km`: one sentence about the list.
@@ -278,7 +278,7 @@ pub(super) fn elements(world: &dyn World, q: &Quantity, id: QuantityId, place: &
     }
     let is = describe_value(world, &Value::Number(*q));
     let message = format!("each element of `{}` is {wanted}; in {shown} each is {is}", place.name);
-    Box::new(advise(world, error("E0312", message, place, label), q, units.dimension_of(id), place))
+    Box::new(advise(world, error("E0312", message, place, label), q, units.dimension_of(id), (place, &shown)))
 }
 
 /// The unit that people use for a quantity, or else its SI unit.
@@ -300,12 +300,17 @@ fn no_unit(world: &dyn World, q: &Quantity, id: QuantityId, wanted: &str, place:
 }
 
 /// Adds what was probably meant.
-fn advise(world: &dyn World, diagnostic: Diagnostic, q: &Quantity, target: Dimension, place: &Place) -> Diagnostic {
+fn advise(
+    world: &dyn World,
+    diagnostic: Diagnostic,
+    q: &Quantity,
+    target: Dimension,
+    written: (&Place, &str),
+) -> Diagnostic {
     let units = world.units();
     let dimension_of = |name: &str| units.quantity(name).map(|id| units.dimension_of(id));
     let is = |name: &str, dimension: Dimension| dimension_of(name) == Some(dimension);
-    let shown = quoted(world, &Value::Number(*q), place);
-    let shown = shown.trim_matches('`');
+    let (place, shown) = (written.0, written.1.trim_matches('`'));
     if Dimension::NONE.per(q.dimension) == Some(target)
         && let Some(meant) = inverse(shown)
     {
