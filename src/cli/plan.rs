@@ -11,6 +11,7 @@ use super::front::{self, SceneFlags};
 
 #[derive(Args)]
 pub struct Arguments {
+    /// The scene file.
     file: PathBuf,
     #[command(flatten)]
     scene: SceneFlags,
@@ -72,7 +73,7 @@ fn show_difference(path: &PathBuf, plans: &[Plan]) -> Outcome {
             Outcome::Good
         }
         Err(error) => {
-            eprintln!("{}: not a saved plan: {error}", path.display());
+            eprintln!("{} cannot be read as a saved plan: {error}", path.display());
             Outcome::Failed
         }
     }

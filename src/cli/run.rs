@@ -12,6 +12,7 @@ use super::front::{self, SceneFlags};
 
 #[derive(Args)]
 pub struct Arguments {
+    /// The scene file.
     file: PathBuf,
     #[command(flatten)]
     scene: SceneFlags,
