@@ -17,13 +17,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
-    let files = match front::scene_files(&arguments.files) {
-        Ok(files) => files,
-        Err(error) => {
-            eprintln!("cannot list the files: {error}");
-            return Outcome::Failed;
-        }
-    };
+    let Some(files) = front::wanted_files(&arguments.files) else { return Outcome::Failed };
     let mut good = true;
     for file in &files {
         let front = front::load(file, &arguments.scene);

@@ -68,8 +68,24 @@ pub fn show(sources: &Sources, diagnostics: &[Diagnostic], format: Format) -> bo
     !diagnostics.iter().any(Diagnostic::is_error)
 }
 
+/// The scene files that a command is to work on; says on standard error why there are none.
+pub fn wanted_files(paths: &[PathBuf]) -> Option<Vec<PathBuf>> {
+    match scene_files(paths) {
+        Ok(files) if files.is_empty() => {
+            let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+            eprintln!("no `.weave` or `.chute` file is in {}", names.join(", "));
+            None
+        }
+        Ok(files) => Some(files),
+        Err(error) => {
+            eprintln!("cannot list the files: {error}");
+            None
+        }
+    }
+}
+
 /// The scene files of a list of files and folders, folders searched to the bottom, in order of name.
-pub fn scene_files(paths: &[PathBuf]) -> std::io::Result<Vec<PathBuf>> {
+fn scene_files(paths: &[PathBuf]) -> std::io::Result<Vec<PathBuf>> {
     let mut found = Vec::new();
     for path in paths {
         if path.is_dir() {

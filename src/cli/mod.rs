@@ -1,6 +1,7 @@
 //! The command line: one file a command. Commands only join rooms; what they show comes from the rooms.
 
 mod check;
+mod doc;
 mod execute;
 mod explain;
 mod fmt;
@@ -34,6 +35,8 @@ enum Command {
     Test(test::Arguments),
     /// Explain the code of a message, such as E0312.
     Explain(explain::Arguments),
+    /// Write the reference of kinds, fields, units and materials.
+    Doc(doc::Arguments),
     /// Format scene files in place.
     Fmt(fmt::Arguments),
     /// Write a first scene to start from.
@@ -67,6 +70,7 @@ pub fn main() -> ExitCode {
         Command::Run(arguments) => run::run(&arguments),
         Command::Test(arguments) => test::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
+        Command::Doc(arguments) => doc::run(&arguments),
         Command::Fmt(arguments) => fmt::run(&arguments),
         Command::New(arguments) => new::run(&arguments),
     };

@@ -28,8 +28,12 @@ pub fn run(arguments: &Arguments) -> Outcome {
             println!("{} written; try `ripstop run {}`", path.display(), path.display());
             Outcome::Good
         }
+        Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => {
+            eprintln!("{} is there already, and is left as it is; choose another name", path.display());
+            Outcome::Failed
+        }
         Err(error) => {
-            eprintln!("{}: {error}", path.display());
+            eprintln!("{} cannot be written: {error}", path.display());
             Outcome::Failed
         }
     }

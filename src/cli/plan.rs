@@ -11,6 +11,7 @@ use super::front::{self, SceneFlags};
 
 #[derive(Args)]
 pub struct Arguments {
+    /// The scene file.
     file: PathBuf,
     #[command(flatten)]
     scene: SceneFlags,
@@ -55,25 +56,29 @@ fn print(plan: &Plan, json: bool) {
     }
 }
 
+/// What differs from each saved plan; `--json` writes one for each case, one after the other.
 fn show_difference(path: &PathBuf, plans: &[Plan]) -> Outcome {
-    let saved = std::fs::read_to_string(path).map_err(|error| error.to_string());
-    let saved = saved.and_then(|text| serde_json::from_str::<Plan>(&text).map_err(|error| error.to_string()));
-    match saved {
-        Ok(saved) if saved.schema != plan::SCHEMA => {
-            eprintln!("{}: schema {}, this version reads {}", path.display(), saved.schema, plan::SCHEMA);
-            Outcome::Failed
-        }
-        Ok(saved) => {
-            let same_case = plans.iter().find(|plan| plan.body.case == saved.body.case);
-            match same_case {
-                Some(plan) => print!("{}", plan::diff(&saved, plan)),
-                None => println!("the saved plan is of case {:?}, which this file does not have", saved.body.case),
-            }
-            Outcome::Good
-        }
+    let saved = std::fs::read_to_string(path).map_err(|error| error.to_string()).and_then(|text| {
+        let saved = serde_json::Deserializer::from_str(&text).into_iter::<Plan>();
+        saved.collect::<Result<Vec<_>, _>>().map_err(|error| error.to_string())
+    });
+    let saved = match saved {
+        Ok(saved) => saved,
         Err(error) => {
-            eprintln!("{}: not a saved plan: {error}", path.display());
-            Outcome::Failed
+            eprintln!("{} cannot be read as a saved plan: {error}", path.display());
+            return Outcome::Failed;
+        }
+    };
+    if let Some(other) = saved.iter().find(|saved| saved.schema != plan::SCHEMA) {
+        eprintln!("{}: schema {}, this version reads {}", path.display(), other.schema, plan::SCHEMA);
+        return Outcome::Failed;
+    }
+    for saved in &saved {
+        let name = saved.body.case.as_deref();
+        match plans.iter().find(|plan| plan.body.case == saved.body.case) {
+            Some(plan) => print!("{}", plan::diff(saved, plan)),
+            None => println!("the saved plan is of case `{}`, which is not among these", name.unwrap_or("(none)")),
         }
     }
+    Outcome::Good
 }

@@ -6,12 +6,13 @@ use clap::{Args, ValueEnum};
 
 use crate::results::report;
 
-use super::Outcome;
 use super::execute::{self, How};
 use super::front::{self, SceneFlags};
+use super::{Format, Outcome};
 
 #[derive(Args)]
 pub struct Arguments {
+    /// The scene file.
     file: PathBuf,
     #[command(flatten)]
     scene: SceneFlags,
@@ -69,21 +70,29 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let mut found = Vec::new();
     execute::execute(&front.sources, &program, &out, &how, &mut found, |ran| {
         if let Some(case) = &ran.case {
-            println!("case {case}");
+            tell(arguments.scene.format, &format!("case {case}"));
         }
-        println!("{}", report::table(&ran.summary));
+        tell(arguments.scene.format, &report::table(&ran.summary));
         passed &= ran.summary.passed();
         halted |= ran.summary.halt.is_some();
     });
     said.append(&mut found);
     let fine = front::show(&front.sources, &said, arguments.scene.format);
     if fine || halted {
-        println!("results in {}", out.display());
+        tell(arguments.scene.format, &format!("results in {}", out.display()));
     }
     match (halted, fine && passed) {
         (true, _) => Outcome::Halted,
         (false, true) => Outcome::Good,
         (false, false) => Outcome::Failed,
+    }
+}
+
+/// Says something to people; standard output is left to the diagnostics where a tool reads it.
+fn tell(format: Format, text: &str) {
+    match format {
+        Format::Human => println!("{text}"),
+        Format::Json => eprintln!("{text}"),
     }
 }
 

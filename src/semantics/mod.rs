@@ -5,6 +5,7 @@
 mod cases;
 mod check;
 pub mod dimension;
+pub mod doc;
 pub mod elaborate;
 pub mod eval;
 mod judge;

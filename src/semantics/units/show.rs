@@ -73,6 +73,11 @@ impl Units {
         }
     }
 
+    /// The coherent SI unit of a named quantity: `N*m` for a torque, `J` for an energy.
+    pub fn si_unit_of(&self, id: QuantityId) -> String {
+        self.coherent(id)
+    }
+
     fn with_unit(&self, si: f64, unit: &str) -> String {
         if unit.is_empty() { digits(si) } else { format!("{} {unit}", digits(si)) }
     }
