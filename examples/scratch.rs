@@ -133,7 +133,7 @@ fn main() {
     println!("{}", plan.text(true));
     let out = run(
         &plan,
-        &Inputs { states: BTreeMap::new(), ..Default::default() },
+        &Inputs { states: BTreeMap::new() },
         RunOptions { threads, ..Default::default() },
         &mut Silent,
     )
