@@ -29,11 +29,8 @@ pub(super) struct Task<'a> {
     pub restitution: bool,
 }
 
-/// Steps over which an overlap beyond the tolerance is parted. Overlaps come from the turning of normals within a step; they
-/// settle where they part as fast as they come, so fewer steps leave less overlap for the same energy.
-const PARTING: f64 = 8.0;
-/// Tolerances that an overlap may part by in one step.
-const PARTED: f64 = 4.0;
+/// Steps over which an overlap beyond the tolerance is parted.
+const PARTING: f64 = 64.0;
 
 #[derive(Default)]
 pub(super) struct Block {
@@ -289,10 +286,10 @@ fn cone(t: &Touch, law: &PairLaw, warm: DVec3) -> Cone {
     }
 }
 
-/// Speed at which an overlap beyond the tolerance parts, m/s: over [`PARTING`] steps, and by [`PARTED`] tolerances per step
-/// at most. It brings in no more energy than impulse times this speed, which is booked.
+/// Speed at which an overlap beyond the tolerance parts, m/s: over [`PARTING`] steps, and by a quarter of the tolerance
+/// per step at most. It brings in no more energy than impulse times this speed, which is booked.
 fn parting(gap: f64, task: &Task<'_>) -> f64 {
-    ((-gap - task.tolerance) / PARTING).clamp(0.0, PARTED * task.tolerance) / task.scene.h
+    ((-gap - task.tolerance) / PARTING).clamp(0.0, 0.25 * task.tolerance) / task.scene.h
 }
 
 /// How two sides come together along the normal, m/s (negative: they close).
@@ -309,7 +306,8 @@ impl Closing<'_> {
     /// rebounds with the coefficient of restitution times its approach. An overlap beyond the tolerance parts slowly.
     fn target(&self, gap: f64, task: &Task<'_>) -> f64 {
         let h = task.scene.h;
-        let rest = if gap >= 0.0 { -gap / h } else { parting(gap, task) };
+        let rest =
+            if gap >= 0.0 { -gap / h } else { ((-gap - task.tolerance) / PARTING).clamp(0.0, task.tolerance) / h };
         let closes = self.approach < 0.0 && gap + h * self.speed < 0.0;
         if closes && task.restitution { rest.max(-self.law.restitution * self.approach) } else { rest }
     }

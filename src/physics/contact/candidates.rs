@@ -2,8 +2,6 @@
 //! Two masks, one inside the other, let far pairs sleep; both only ever leave out what cannot be within reach, so the
 //! contacts found never depend on when either was made.
 
-use std::f64::consts::PI;
-
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -131,31 +129,20 @@ fn group(a: u32, b: u32, chunks: &Chunks, chains: &Chains, laws: &Laws) -> Optio
     let (ca, cb) = (&chunks.list[a as usize], &chunks.list[b as usize]);
     laws.of_yarns(ca.family, cb.family)?;
     let (ma, mb) = (&chunks.motion[a as usize], &chunks.motion[b as usize]);
+    let limit = ma.radius + mb.radius + ma.half_skin + mb.half_skin;
     let mut g = Group { a, b, wide: 0, near: 0, near_from: 0.0, near_within: f64::NEG_INFINITY };
-    let (radii, skins) = (ma.radius + mb.radius, ma.half_skin + mb.half_skin);
     for k in 0..ca.len {
         for l in 0..cb.len {
-            if !ca.is_joined(k) || !cb.is_joined(l) {
+            if !ca.is_joined(k) || !cb.is_joined(l) || (ca.yarn == cb.yarn && neighbours(ca, k, cb, l, chains, laws)) {
                 continue;
             }
-            let (i, j) = (ca.first + k, cb.first + l);
-            let mut limit = radii + skins;
-            if ca.yarn == cb.yarn {
-                if neighbours(i, j, ca, chains, laws) {
-                    continue;
-                }
-                limit = radii.min(fold(chains, i, j)) + skins;
-            }
-            if lower_bound(chains, i, j, limit) < limit {
+            if lower_bound(chains, ca.first + k, cb.first + l, limit) < limit {
                 g.wide |= 1u64 << (CHUNK * k + l);
             }
         }
     }
     (g.wide != 0).then_some(g)
 }
-
-/// Segments beyond which no yarn between them is short.
-const LONG: u32 = 64;
 
 /// Steps at the present speed after which a pair of chunks is sieved again.
 const SIEVE: f64 = 24.0;
@@ -168,7 +155,7 @@ pub(super) fn sieve(g: &mut Group, chunks: &Chunks, chains: &Chains, laws: &Laws
     let skins = ma.half_skin + mb.half_skin;
     g.near_within = reach + (SIEVE * reach * ma.turns.max(mb.turns)).min(0.5 * skins);
     g.near_from = ma.path + mb.path;
-    let radii = ma.radius + mb.radius;
+    let limit = g.near_within + ma.radius + mb.radius;
     let families = [ca.family, cb.family].map(|f| &laws.families[f as usize]);
     let round = families[0].round && families[1].round;
     let mut rest = g.wide;
@@ -177,8 +164,6 @@ pub(super) fn sieve(g: &mut Group, chunks: &Chunks, chains: &Chains, laws: &Laws
         let bit = rest.trailing_zeros();
         rest &= rest - 1;
         let (i, j) = (ca.first + bit / CHUNK, cb.first + bit % CHUNK);
-        let room = if ca.yarn == cb.yarn { radii.min(fold(chains, i, j)) } else { radii };
-        let limit = g.near_within + room;
         if lower_bound(chains, i, j, limit) < limit && (round || slab(chains, families, [i, j]) < g.near_within) {
             g.near |= 1 << bit;
         }
@@ -219,22 +204,16 @@ fn lower_bound(chains: &Chains, i: u32, j: u32, limit: f64) -> f64 {
     if middles - halves > limit { middles - halves } else { closest_on_segments(a0, a1, b0, b1).delta.length() }
 }
 
-/// Segments of one yarn up to three apart are neighbours while the yarn between them, at rest, is shorter than the tightest
-/// half-turn of its centreline, π times its half-thickness. A pair is looked at once, lower segment first.
-fn neighbours(i: u32, j: u32, chunk: &Chunk, chains: &Chains, laws: &Laws) -> bool {
-    j <= i + 1 || (j <= i + 3 && between(chains, i, j) < PI * laws.families[chunk.family as usize].half_thickness)
-}
-
-/// How near the centrelines of two segments of one yarn may come at most before they touch, m: the chord of a half-turn
-/// made of the yarn between them. Segments farther apart along the yarn touch sooner, where their sections do; nearer
-/// ones cannot, for a straight yarn would already touch itself.
-#[inline]
-pub(super) fn fold(chains: &Chains, i: u32, j: u32) -> f64 {
-    2.0 / PI * between(chains, i, j)
-}
-
-/// Yarn at rest between segments `i` < `j`, m; beyond that of a few widths it no longer matters.
-#[inline]
-fn between(chains: &Chains, i: u32, j: u32) -> f64 {
-    if j > i + LONG { f64::INFINITY } else { chains.rest_length[i as usize + 1..j as usize].iter().sum() }
+/// Segments of one yarn are neighbours while the yarn between them, at rest, is shorter than the tightest half-turn of
+/// its centreline, π times its greatest half-width; a pair is looked at once, lower segment first.
+fn neighbours(ca: &Chunk, k: u32, cb: &Chunk, l: u32, chains: &Chains, laws: &Laws) -> bool {
+    let (i, j) = (ca.first + k, cb.first + l);
+    if j <= i + 1 {
+        return true;
+    }
+    let family = &laws.families[ca.family as usize];
+    let least = family.flattening.map_or(family.half_thickness, |f| f.least);
+    let widest = family.half_width(least).max(family.half_thickness);
+    let between: f64 = chains.rest_length[i as usize + 1..j as usize].iter().sum();
+    between < std::f64::consts::PI * widest
 }

@@ -3,11 +3,11 @@
 use glam::{DQuat, DVec3};
 
 use super::boxes;
-use super::candidates::{Group, fold, sieve, slab};
+use super::candidates::{Group, sieve, slab};
 use super::chunk::{CHUNK, Chunk, Chunks};
 use super::law::{Family, Laws, PairLaw};
 use crate::geometry::section::Section;
-use crate::geometry::segments::{Tube, closest_on_segments, tube_gap_within};
+use crate::geometry::segments::{Tube, closest_on_segments, tube_gap};
 use crate::geometry::solid::{Solid, segment_contact};
 use crate::physics::{Bodies, Chains};
 use crate::plan::ContactVariant;
@@ -123,8 +123,7 @@ impl Scene<'_> {
         let (fa, fb) = (&self.laws.families[ca.family as usize], &self.laws.families[cb.family as usize]);
         let x = &self.chains.position;
         let (a0, a1, b0, b1) = (x[i as usize], x[i as usize + 1], x[j as usize], x[j as usize + 1]);
-        let fold = if ca.yarn == cb.yarn { fold(self.chains, i, j) } else { f64::INFINITY };
-        if law.variant == ContactVariant::Boxes && fold == f64::INFINITY {
+        if law.variant == ContactVariant::Boxes {
             return boxes::segments(self, [i, j], [fa, fb]);
         }
         if !(fa.round && fb.round) && slab(self.chains, [fa, fb], [i, j]) >= reach {
@@ -132,27 +131,22 @@ impl Scene<'_> {
         }
         let near = closest_on_segments(a0, a1, b0, b1);
         let distance = near.delta.length();
-        let normal = || if distance > 0.0 { near.delta / distance } else { crossing(a1 - a0, b1 - b0) };
         if fa.round && fb.round {
             // Round sections that never flatten: swept spheres, whose joints are round too.
-            let gap = distance - (fa.half_thickness + fb.half_thickness).min(fold);
-            return (gap < reach).then(|| (near.s, near.t, normal(), gap));
+            let gap = distance - fa.half_thickness - fb.half_thickness;
+            if gap >= reach {
+                return None;
+            }
+            let normal = if distance > 0.0 { near.delta / distance } else { crossing(a1 - a0, b1 - b0) };
+            return Some((near.s, near.t, normal, gap));
         }
         let (sa, sb) = (self.section(fa, i, near.s), self.section(fb, j, near.t));
         let widest = sa.half_width.max(sa.half_thickness) + sb.half_width.max(sb.half_thickness);
         if distance - widest >= reach {
             return None;
         }
-        if fold < widest {
-            // A fold of one yarn: its centrelines are kept apart, whatever its sections make of the bend.
-            let normal = normal();
-            let ([ta, ua], [tb, ub]) = (self.frame(i), self.frame(j));
-            let gap = distance - (sa.support(normal, ta, ua) + sb.support(normal, tb, ub)).min(fold);
-            return (gap < reach).then_some((near.s, near.t, normal, gap));
-        }
         let axis = &self.chains.thickness_axis;
-        let (a, b) = (Tube::new(a0, a1, axis[i as usize], sa), Tube::new(b0, b1, axis[j as usize], sb));
-        let found = tube_gap_within(&a, &b, reach)?;
+        let found = tube_gap(&Tube::new(a0, a1, axis[i as usize], sa), &Tube::new(b0, b1, axis[j as usize], sb));
         (found.gap < reach).then_some((found.s, found.t, found.normal, found.gap))
     }
 
