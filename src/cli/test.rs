@@ -79,6 +79,9 @@ fn judge(file: &Path, arguments: &Arguments) -> Verdict {
     let mut broken = Vec::new();
     execute::execute(&front.sources, program, &folder, &how, &mut diagnostics, |ran| {
         let case = ran.case.map_or(String::new(), |case| format!("case {case}: "));
+        if let Some(halt) = &ran.summary.halt {
+            broken.push(format!("{case}stopped early: {}", halt.message));
+        }
         for check in ran.summary.checks.iter().filter(|check| !check.passed) {
             let observed = check.observed.map_or("nothing".to_string(), |value| value.to_string());
             broken.push(format!("{case}expect failed: {} (observed {observed})", check.message));

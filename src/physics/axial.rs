@@ -53,6 +53,8 @@ pub struct Sums {
     pub largest_strain: f64,
     /// N.
     pub largest_tension: f64,
+    /// Σ EAεL over the segments whose left node is in the stretch, N·m: over Σ L it is the mean tension.
+    pub tension_length: f64,
     /// Whether a segment is at or over its yarn's strength.
     pub over: bool,
 }
@@ -65,6 +67,7 @@ impl Sums {
         gravity: 0.0,
         largest_strain: f64::NEG_INFINITY,
         largest_tension: 0.0,
+        tension_length: 0.0,
         over: false,
     };
 
@@ -76,6 +79,7 @@ impl Sums {
         self.gravity += other.gravity;
         self.largest_strain = self.largest_strain.max(other.largest_strain);
         self.largest_tension = self.largest_tension.max(other.largest_tension);
+        self.tension_length += other.tension_length;
         self.over |= other.over;
     }
 }
@@ -175,7 +179,7 @@ fn kick_with<const VISCOSITY: bool, const GRAVITY: bool, const TENSION_ONLY: boo
         let dx = position[0] - view.position[first - 1];
         left = segment(dx, velocity[0] - view.velocity[first - 1], view.rest_length[first - 1]);
     }
-    let mut half_energy = 0.0;
+    let (mut half_energy, mut stretch) = (0.0, 0.0);
     let mut node = |i: usize, left: Pull, right: Pull, sums: &mut Sums| {
         let before = velocity[i];
         let elastic = right.elastic - left.elastic;
@@ -203,6 +207,7 @@ fn kick_with<const VISCOSITY: bool, const GRAVITY: bool, const TENSION_ONLY: boo
         let (next_x, next_v) = (position[i + 1], velocity[i + 1]);
         let right = segment(next_x - x, next_v - v, rest[i]);
         half_energy += right.strain * right.strain * rest[i];
+        stretch += right.strain * rest[i];
         sums.largest_strain = sums.largest_strain.max(right.strain);
         node(i, left, right, &mut sums);
         (x, v, left) = (next_x, next_v, right);
@@ -211,6 +216,7 @@ fn kick_with<const VISCOSITY: bool, const GRAVITY: bool, const TENSION_ONLY: boo
     if piece.nodes.end < piece.run.end {
         right = segment(view.position[end] - x, view.velocity[end] - v, rest[count - 1]);
         half_energy += right.strain * right.strain * rest[count - 1];
+        stretch += right.strain * rest[count - 1];
         sums.largest_strain = sums.largest_strain.max(right.strain);
     }
     node(count - 1, left, right, &mut sums);
@@ -220,6 +226,7 @@ fn kick_with<const VISCOSITY: bool, const GRAVITY: bool, const TENSION_ONLY: boo
     sums.viscosity *= 0.5 * h;
     sums.gravity *= 0.5 * h;
     sums.largest_tension = (piece.stiffness * sums.largest_strain).max(0.0);
+    sums.tension_length = piece.stiffness * stretch;
     sums.over = sums.largest_strain >= piece.strength;
     sums
 }

@@ -75,7 +75,7 @@ pub enum Quantity {
     LargestStrain,
     /// N (vector): what contact does to a body, averaged over the step.
     ContactForce,
-    /// N: largest tension of a strand.
+    /// N: mean tension of a strand over its length.
     Tension,
     /// N (vector): the force that a fix or pull exerts.
     Force,

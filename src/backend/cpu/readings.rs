@@ -110,7 +110,11 @@ impl Engine<'_> {
             (Source::Part(part), Quantity::BrokenYarns) => number(self.count_broken(part).0 as f64),
             (Source::Part(part), Quantity::BrokenSegments) => number(self.count_broken(part).1 as f64),
             (Source::Part(part), Quantity::LargestStrain) => number(self.parts[part].sums.largest_strain.max(-1.0)),
-            (Source::Part(part), Quantity::Tension) => number(self.parts[part].sums.largest_tension),
+            (Source::Part(part), Quantity::Tension) => {
+                let part = &self.parts[part];
+                let length: f64 = self.chains.rest_length[part.nodes.clone()].iter().sum();
+                number(part.sums.tension_length / length)
+            }
             (_, Quantity::Penetrations) => number(self.penetrations as f64),
             (Source::Body(body), Quantity::Position) => self.bodies.position[body],
             (Source::Body(body), Quantity::Velocity) => self.bodies.velocity[body],

@@ -7,6 +7,9 @@ use crate::physics::axial::{ChainView, Sums};
 use crate::physics::{breaking, rigid};
 use crate::plan::{DomainId, OriginId};
 
+/// Steps after which the books are watched.
+const CLOSURE_FROM: u64 = 300;
+
 impl Engine<'_> {
     /// One force pass over all chains: with velocities in `self.before`, writes v⁻ + h·a to `self.chains.velocity`.
     fn forces(&mut self, h: f64) {
@@ -119,8 +122,12 @@ impl Engine<'_> {
         }
     }
 
-    /// While little has been exchanged the ratio says nothing: it is taken over at least a hundredth of the first energy.
+    /// While little has been exchanged the ratio says nothing: it is taken over at least a hundredth of the first energy, and
+    /// not in the first steps, when a load that starts at once meets single segments.
     fn watch_closure(&mut self, limit: f64, origin: OriginId) {
+        if self.step < CLOSURE_FROM {
+            return;
+        }
         let total = self.ledger.total();
         let scale = self.ledger.exchanged().max(0.01 * total.initial.abs());
         let residual = total.residual().abs();
