@@ -500,7 +500,8 @@ impl Maker<'_> {
                 (0.0, true)
             }
         };
-        if !fixed && !(mass > 0.0 && mass.is_finite()) {
+        let moves = mass > 0.0 && mass.is_finite();
+        if !fixed && !moves {
             let found = Diagnostic::error(
                 "E0723",
                 format!("`{}` has no mass", item.name),
