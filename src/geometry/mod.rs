@@ -9,6 +9,7 @@ pub mod obb_tree;
 pub mod peirce;
 pub mod section;
 pub mod segments;
+pub mod sheet;
 pub mod solid;
 pub mod weave;
 pub mod wif;

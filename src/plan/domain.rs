@@ -2,14 +2,15 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::OriginId;
+use super::{CordLaw, FabricLaw, OriginId, PointRecipe};
+use crate::geometry::sheet::{LineRecipe, SheetRecipe};
 use crate::geometry::{Solid, WeaveRecipe};
 
 /// Index into [`super::Body::domains`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct DomainId(pub u32);
 
-/// Something with nodes: the chains of a ply, a strand, the rigid bodies.
+/// Something with nodes: the chains of a ply, a strand, a sheet, a line, the rigid bodies.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Domain {
     /// The part's name in the scene (`ply`); `bodies` for the rigid bodies.
@@ -56,7 +57,33 @@ pub enum Recipe {
         law: YarnLaw,
         velocity: [f64; 3],
     },
+    /// A pattern piece as a mesh of triangles.
+    Sheet {
+        mesh: SheetRecipe,
+        law: FabricLaw,
+        velocity: [f64; 3],
+    },
+    /// A cord as a row of nodes.
+    Line {
+        path: LineRecipe,
+        law: CordLaw,
+        velocity: [f64; 3],
+    },
+    /// Nodes of their own: confluences and payloads taken as points.
+    Points(Vec<PointRecipe>),
     Bodies(Vec<BodyRecipe>),
+}
+
+impl Recipe {
+    /// Whether its nodes are yarn chains.
+    pub fn is_chains(&self) -> bool {
+        matches!(self, Recipe::Weave { .. } | Recipe::Tiled { .. } | Recipe::Strand { .. })
+    }
+
+    /// Whether its nodes stand in the net.
+    pub fn is_net(&self) -> bool {
+        matches!(self, Recipe::Sheet { .. } | Recipe::Line { .. } | Recipe::Points(_))
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -153,6 +180,7 @@ pub enum Centre {
     Body,
     Contact,
     Part,
+    Triangle,
 }
 
 /// A checkpoint holds every field but the derived ones.

@@ -10,6 +10,7 @@ mod diff;
 mod domain;
 mod hash;
 mod make;
+mod net;
 mod pass;
 mod schedule;
 mod sink;
@@ -23,6 +24,10 @@ pub use domain::{
 };
 pub use hash::of_bytes as hash_bytes;
 pub use make::{MakeOptions, make};
+pub use net::{
+    BendingLaw, CanopyAir, CordLaw, EdgeRef, FabricLaw, Join, MembraneLaw, PointRecipe, PointRef, Pressure,
+    QuasiSteady, Scheme, SeamLaw, SpringTopology,
+};
 pub use pass::{Axes, ContactRule, ContactSide, ContactVariant, Cost, Drive, Kernel, Pass, PassId, Timing};
 pub use schedule::Node;
 pub use sink::{Check, Format, PictureView, Sink};
@@ -59,6 +64,9 @@ pub struct Body {
     pub domains: Vec<Domain>,
     pub fields: Vec<Field>,
     pub relations: Vec<Relation>,
+    /// Seams, tapes and ties of the net, in the order written.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub joins: Vec<Join>,
     pub tapes: Vec<Tape>,
     pub passes: Vec<Pass>,
     pub schedule: Node,

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{DomainId, FrictionLaw, NodeSet, OriginId, TapeId};
+use super::{DomainId, FrictionLaw, NodeSet, OriginId, Pressure, QuasiSteady, Scheme, TapeId};
 
 /// Index into [`super::Body::passes`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -62,6 +62,26 @@ pub enum Kernel {
     /// Static runs: kinetic damping (all velocities to zero at each peak of the kinetic energy) until the residual
     /// force is under `residual` of the largest tension.
     Settle { residual: f64 },
+    /// In-plane elasticity of a sheet.
+    Membrane { domain: DomainId },
+    /// Bending of a sheet.
+    Bending { domain: DomainId },
+    /// Tension of a line's segments, with its damping; parts a segment over its strength.
+    Cord { domain: DomainId },
+    /// Strips and tapes of all joins.
+    Seams,
+    /// Pressure on sheets.
+    Pressure(Pressure),
+    /// Drag without a flow.
+    QuasiSteady(QuasiSteady),
+    /// Parts lines, or sheets along a row of nodes.
+    Cut { what: Vec<NodeSet>, timing: Timing },
+    /// Rest length over the first rest length (1), a scalar tape.
+    Stretch { domains: Vec<DomainId>, tape: TapeId, timing: Timing },
+    /// Takes the whole step of the net and of bodies in place of kick and drift.
+    Integrate(Scheme),
+    /// Static runs of a net: Newton on the stored energy, until the residual force is under `residual` of the largest.
+    Equilibrium { residual: f64 },
     /// Energy: kinetic, stored, dissipated, work.
     Ledger,
 }

@@ -32,6 +32,9 @@ impl Plan {
                 Recipe::Weave { .. } => "woven chains",
                 Recipe::Tiled { .. } => "chains tiled from a relaxed cell",
                 Recipe::Strand { .. } => "one chain",
+                Recipe::Sheet { .. } => "a sheet of triangles",
+                Recipe::Line { .. } => "a line",
+                Recipe::Points(_) => "points",
                 Recipe::Bodies(_) => "rigid bodies",
             };
             let nodes = if domain.nodes > 0 {
@@ -39,7 +42,13 @@ impl Plan {
             } else {
                 String::new()
             };
-            let pieces = if matches!(domain.recipe, Recipe::Bodies(_)) { "bodies" } else { "yarns" };
+            let pieces = match &domain.recipe {
+                Recipe::Sheet { .. } => "triangles",
+                Recipe::Line { .. } => "segments",
+                Recipe::Points(_) => "points",
+                Recipe::Bodies(_) => "bodies",
+                Recipe::Weave { .. } | Recipe::Tiled { .. } | Recipe::Strand { .. } => "yarns",
+            };
             line(out, 1, &format!("{}: {what}, {} {pieces}{nodes}", domain.name, domain.pieces));
         }
         for (name, hash) in &self.body.inputs {
@@ -186,6 +195,16 @@ fn detail(kernel: &Kernel) -> String {
         }
         Kernel::Break { seed, .. } => format!("seed {seed}"),
         Kernel::Settle { residual } => format!("to {residual} of the largest tension"),
+        Kernel::Pressure(pressure) => format!("{} sheets", pressure.sheets.len()),
+        Kernel::QuasiSteady(air) => format!("{} kg/m^3, {} canopies", air.density, air.canopies.len()),
+        Kernel::Cut { what, .. } => {
+            let count: u32 = what.iter().flat_map(|set| &set.ranges).map(|[from, to]| to - from).sum();
+            format!("{count} nodes")
+        }
+        Kernel::Stretch { domains, .. } => format!("{} lines", domains.len()),
+        Kernel::Integrate(scheme) => format!("{scheme:?}"),
+        Kernel::Equilibrium { residual } => format!("to {residual} of the largest force"),
+        Kernel::Membrane { .. } | Kernel::Bending { .. } | Kernel::Cord { .. } | Kernel::Seams => String::new(),
         Kernel::HalfKick | Kernel::Kick | Kernel::Drift | Kernel::SectionFrame { .. } | Kernel::Ledger => String::new(),
     }
 }

@@ -166,7 +166,7 @@ fn style(plan: &Plan) -> Style {
     let laws = plan.body.domains.iter().flat_map(|domain| match &domain.recipe {
         Recipe::Weave { laws, .. } | Recipe::Tiled { laws, .. } => laws.as_slice(),
         Recipe::Strand { law, .. } => std::slice::from_ref(law),
-        Recipe::Bodies(_) => &[],
+        Recipe::Sheet { .. } | Recipe::Line { .. } | Recipe::Points(_) | Recipe::Bodies(_) => &[],
     });
     let strains = laws.filter_map(|law| law.breaks.as_ref()).map(|law| law.strain);
     let breaks_at = strains.fold(None, |least: Option<f64>, s| Some(least.map_or(s, |l| l.min(s))));

@@ -133,6 +133,16 @@ fn kernel(kernel: &Kernel) -> Op {
         | Kernel::Gravity { .. }
         | Kernel::Fix { .. }
         | Kernel::Drive { .. }
+        | Kernel::Membrane { .. }
+        | Kernel::Bending { .. }
+        | Kernel::Cord { .. }
+        | Kernel::Seams
+        | Kernel::Pressure(_)
+        | Kernel::QuasiSteady(_)
+        | Kernel::Cut { .. }
+        | Kernel::Stretch { .. }
+        | Kernel::Integrate(_)
+        | Kernel::Equilibrium { .. }
         | Kernel::Ledger => Op::Nothing,
     }
 }

@@ -85,6 +85,9 @@ pub fn unfold(plan: &Plan, inputs: &Inputs) -> Result<Unfolded, Refusal> {
                 recipes.iter().for_each(|recipe| add_body(&mut all.bodies, recipe));
                 continue;
             }
+            Recipe::Sheet { .. } | Recipe::Line { .. } | Recipe::Points(_) => {
+                return Err(Refusal::new("sheets and lines do not run in this backend", Some(domain.origin)));
+            }
             Recipe::Weave { laws, velocity, .. } | Recipe::Tiled { laws, velocity, .. } => (laws, velocity),
             Recipe::Strand { law, velocity, .. } => (std::slice::from_ref(law), velocity),
         };

@@ -50,7 +50,8 @@ pub fn each_yarn(
             let tiled = weave::tile(&cell, relaxed, *repeats).map_err(refused)?;
             lay(&tiled.paths, warp, weft, &tiled.half_thickness, yarn);
         }
-        Recipe::Bodies(_) => {}
+        // No chains.
+        Recipe::Sheet { .. } | Recipe::Line { .. } | Recipe::Points(_) | Recipe::Bodies(_) => {}
     }
     Ok(())
 }

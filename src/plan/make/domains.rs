@@ -62,12 +62,12 @@ impl Unfolded {
 }
 
 impl Recipe {
-    /// The laws of a chain domain; none for bodies.
+    /// The laws of a chain domain's yarns; none elsewhere.
     pub fn laws(&self) -> &[YarnLaw] {
         match self {
             Recipe::Weave { laws, .. } | Recipe::Tiled { laws, .. } => laws,
             Recipe::Strand { law, .. } => std::slice::from_ref(law),
-            Recipe::Bodies(_) => &[],
+            Recipe::Sheet { .. } | Recipe::Line { .. } | Recipe::Points(_) | Recipe::Bodies(_) => &[],
         }
     }
 }

@@ -113,7 +113,7 @@ impl Maker<'_> {
     }
 
     fn chain_domains(&self) -> Vec<DomainId> {
-        let chains = |domain: &crate::plan::Domain| !matches!(domain.recipe, Recipe::Bodies(_));
+        let chains = |domain: &crate::plan::Domain| domain.recipe.is_chains();
         (0..self.body.domains.len() as u32)
             .map(DomainId)
             .filter(|id| chains(&self.body.domains[id.0 as usize]))
@@ -519,6 +519,16 @@ fn cost(kernel: &Kernel) -> (Cost, &'static [&'static str]) {
         Kernel::Contact { .. } => (of(200.0, 300.0), &["contact", "friction", "flattening"]),
         Kernel::Break { .. } => (of(32.0, 10.0), &["broken"]),
         Kernel::Settle { .. } => (of(24.0, 6.0), &["settling"]),
+        // Per triangle: three gathers of place and force, four constants.
+        Kernel::Membrane { .. } => (of(112.0, 110.0), &["stored", "damping"]),
+        Kernel::Bending { .. } => (of(120.0, 90.0), &["stored"]),
+        Kernel::Cord { .. } => (of(80.0, 30.0), &["stored", "damping", "broken"]),
+        Kernel::Seams => (of(80.0, 40.0), &["stored", "seams"]),
+        Kernel::Pressure(_) => (of(72.0, 30.0), &["pressure"]),
+        Kernel::QuasiSteady(_) => (of(72.0, 40.0), &["air"]),
+        Kernel::Cut { .. } | Kernel::Stretch { .. } => (of(0.0, 0.0), &["drive"]),
+        Kernel::Integrate(_) => (of(160.0, 40.0), &["kinetic", "scheme"]),
+        Kernel::Equilibrium { .. } => (of(0.0, 0.0), &["settling"]),
         Kernel::Ledger => (of(80.0, 30.0), &[]),
     }
 }
