@@ -1,4 +1,5 @@
-//! Frames as VTU grids and as tables: yarns as poly-lines with their sections, bodies as triangles.
+//! Frames as VTU grids and as tables: yarns as poly-lines with their sections, lines as poly-lines, sheets and bodies as
+//! triangles, points as vertices.
 
 use std::fmt::Write as _;
 use std::ops::Range;
@@ -6,8 +7,8 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::surface::surface;
-use super::vtu::{Array, Grid, POLY_LINE, TRIANGLE, Values};
-use crate::backend::{BodyFrame, ChainFrame, Family};
+use super::vtu::{Array, Grid, LINE, POLY_LINE, POLY_VERTEX, TRIANGLE, Values};
+use crate::backend::{BodyFrame, ChainFrame, Family, LineFrame, PointFrame, SheetFrame};
 
 /// A chain domain: one poly-line for each unbroken run of two nodes or more.
 ///
@@ -52,6 +53,70 @@ pub fn yarns(chain: &ChainFrame, time: f64) -> Grid {
         Array::new("largest_strain", 1, Values::F32(cell_strain)),
     ];
     grid
+}
+
+/// Sheets of one array (`panel[0]`, `panel[1]`, …), or one alone: point data `velocity` (m/s), cell data `strain` (largest
+/// principal) and `part` (number in the array).
+pub fn sheets(sheets: &[&SheetFrame], time: f64) -> Grid {
+    let mut grid = Grid { time, ..Grid::default() };
+    let (mut velocity, mut strain, mut part) = (Vec::new(), Vec::new(), Vec::new());
+    for (number, sheet) in sheets.iter().enumerate() {
+        let first = (grid.points.len() / 3) as i64;
+        grid.points.extend(flat(&sheet.position));
+        velocity.extend(flat(&sheet.velocity));
+        for triangle in &sheet.triangles {
+            grid.cell(TRIANGLE, triangle.iter().map(|node| first + i64::from(*node)));
+        }
+        strain.extend_from_slice(&sheet.strain);
+        part.resize(strain.len(), number as i32);
+    }
+    grid.point_data = vec![Array::new("velocity", 3, Values::F64(velocity))];
+    grid.cell_data = vec![Array::new("strain", 1, Values::F64(strain)), Array::new("part", 1, Values::I32(part))];
+    grid
+}
+
+/// Lines of one array, or one alone, a cell for each segment that has not parted: point data `velocity` (m/s), cell data
+/// `strain`, `tension` (N) and `part` (number in the array).
+pub fn lines(lines: &[&LineFrame], time: f64) -> Grid {
+    let mut grid = Grid { time, ..Grid::default() };
+    let (mut velocity, mut strain, mut tension, mut part) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for (number, line) in lines.iter().enumerate() {
+        let (first, nodes) = ((grid.points.len() / 3) as i64, line.position.len() as i64);
+        grid.points.extend(flat(&line.position));
+        velocity.extend(flat(&line.velocity));
+        for i in (0..line.strain.len()).filter(|i| line.broken.binary_search(&(*i as u32)).is_err()) {
+            grid.cell(LINE, [first + i as i64, first + (i as i64 + 1) % nodes]);
+            strain.push(line.strain[i]);
+            tension.push(line.tension[i]);
+        }
+        part.resize(strain.len(), number as i32);
+    }
+    grid.point_data = vec![Array::new("velocity", 3, Values::F64(velocity))];
+    grid.cell_data = vec![
+        Array::new("strain", 1, Values::F64(strain)),
+        Array::new("tension", 1, Values::F64(tension)),
+        Array::new("part", 1, Values::I32(part)),
+    ];
+    grid
+}
+
+/// All points of a frame, with `velocity` (m/s).
+pub fn points(points: &[PointFrame], time: f64) -> Grid {
+    let all = |of: fn(&PointFrame) -> DVec3| points.iter().flat_map(|point| of(point).to_array()).collect();
+    let mut grid = Grid { points: all(|point| point.position), time, ..Grid::default() };
+    grid.cell(POLY_VERTEX, 0..points.len() as i64);
+    grid.point_data = vec![Array::new("velocity", 3, Values::F64(all(|point| point.velocity)))];
+    grid
+}
+
+/// A sheet or a line as a table, a line a node, units in the header.
+pub fn node_table(position: &[DVec3], velocity: &[DVec3]) -> String {
+    let mut text = String::from("node,x [m],y [m],z [m],vx [m/s],vy [m/s],vz [m/s]\n");
+    for (i, (x, v)) in position.iter().zip(velocity).enumerate() {
+        // Writing into a String never fails.
+        let _ = writeln!(text, "{i},{:?},{:?},{:?},{:?},{:?},{:?}", x.x, x.y, x.z, v.x, v.y, v.z);
+    }
+    text
 }
 
 /// All bodies of a frame as triangles, with `body` (number) on cells and `velocity` (m/s, of the material point) on points.

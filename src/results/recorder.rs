@@ -10,6 +10,7 @@ use super::probes::{ProbeFile, file_name};
 use super::progress::Bar;
 use super::pvd::Collection;
 use super::summary::{Extras, Summary};
+use super::vtu::Grid;
 use crate::backend::{Frame, Ledger, Observer, Outcome, Progress, Start, State, Value};
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::oracle::Totals;
@@ -121,19 +122,17 @@ impl<'p> Recorder<'p> {
         let sinks = self.plan.body.sinks.iter().take(sink).filter(|s| matches!(s, Sink::Frames { .. })).count();
         let mark = if sinks == 0 { String::new() } else { format!("_{sinks}") };
         let mut parts: Vec<(String, Vec<u8>)> = Vec::new();
-        for chain in &frame.chains {
-            let stem = format!("{}{mark}_{number:05}", file_name(&chain.name));
-            if formats.contains(&Format::Vtu) {
-                parts.push((format!("{stem}.vtu"), frames::yarns(chain, frame.time).to_bytes()));
-            }
-            if formats.contains(&Format::Csv) {
-                inner.write(&format!("{stem}.csv"), frames::table(chain).as_bytes())?;
-                self.files.push(format!("frames/{stem}.csv"));
-            }
+        let stem = |name: &str| format!("{}{mark}_{number:05}", file_name(name));
+        if formats.contains(&Format::Vtu) {
+            let grids = grids(frame).into_iter();
+            parts.extend(grids.map(|(name, grid)| (format!("{}.vtu", stem(&name)), grid.to_bytes())));
         }
-        if !frame.bodies.is_empty() && formats.contains(&Format::Vtu) {
-            let bytes = frames::bodies(&frame.bodies, frame.time).to_bytes();
-            parts.push((format!("bodies{mark}_{number:05}.vtu"), bytes));
+        if formats.contains(&Format::Csv) {
+            for (name, table) in tables(frame) {
+                let file = format!("{}.csv", stem(name));
+                inner.write(&file, table.as_bytes())?;
+                self.files.push(format!("frames/{file}"));
+            }
         }
         let some = !parts.is_empty();
         for (part, (name, bytes)) in parts.into_iter().enumerate() {
@@ -159,6 +158,47 @@ impl<'p> Recorder<'p> {
         self.files.push(format!("pictures/{file}"));
         Ok(())
     }
+}
+
+/// The grids of a frame, each under the name of its part.
+fn grids(frame: &Frame) -> Vec<(String, Grid)> {
+    let time = frame.time;
+    let mut grids = Vec::new();
+    grids.extend(frame.chains.iter().map(|chain| (chain.name.clone(), frames::yarns(chain, time))));
+    let sheets = by_array(&frame.sheets, |sheet| &sheet.name);
+    grids.extend(sheets.into_iter().map(|(name, sheets)| (name.to_owned(), frames::sheets(&sheets, time))));
+    let lines = by_array(&frame.lines, |line| &line.name);
+    grids.extend(lines.into_iter().map(|(name, lines)| (name.to_owned(), frames::lines(&lines, time))));
+    if !frame.points.is_empty() {
+        grids.push(("points".to_owned(), frames::points(&frame.points, time)));
+    }
+    if !frame.bodies.is_empty() {
+        grids.push(("bodies".to_owned(), frames::bodies(&frame.bodies, time)));
+    }
+    grids
+}
+
+/// Parts under the name of their array: a canopy of 28 gores is one file, not 28.
+fn by_array<T>(parts: &[T], name: fn(&T) -> &str) -> Vec<(&str, Vec<&T>)> {
+    let mut arrays: Vec<(&str, Vec<&T>)> = Vec::new();
+    for part in parts {
+        let name = name(part);
+        let array = name.strip_suffix(']').and_then(|rest| rest.rsplit_once('[')).map_or(name, |(array, _)| array);
+        match arrays.iter_mut().find(|(known, _)| *known == array) {
+            Some((_, of)) => of.push(part),
+            None => arrays.push((array, vec![part])),
+        }
+    }
+    arrays
+}
+
+/// The tables of a frame, each under the name of its part.
+fn tables(frame: &Frame) -> Vec<(&str, String)> {
+    let chains = frame.chains.iter().map(|chain| (chain.name.as_str(), frames::table(chain)));
+    let sheets =
+        frame.sheets.iter().map(|sheet| (sheet.name.as_str(), frames::node_table(&sheet.position, &sheet.velocity)));
+    let lines = frame.lines.iter().map(|line| (line.name.as_str(), frames::node_table(&line.position, &line.velocity)));
+    chains.chain(sheets).chain(lines).collect()
 }
 
 /// The scale runs to just over the strain at which the yarns break, the same in every picture of a run.

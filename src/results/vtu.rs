@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 
 /// VTK cell types that are written.
 pub const POLY_VERTEX: u8 = 2;
+pub const LINE: u8 = 3;
 pub const POLY_LINE: u8 = 4;
 pub const TRIANGLE: u8 = 5;
 

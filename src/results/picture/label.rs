@@ -32,7 +32,8 @@ pub fn annotate(image: &mut Image, frame: &Frame, camera: &Camera, scale: &Scale
     }
     letter(image, &format!("t = {}", time(frame.time)), left(0.082 * h, size));
     letter(image, &broken(frame), left(h - MARGIN * h, size));
-    strain_bar(image, scale, style, size, colour);
+    let measure = if frame.sheets.is_empty() { "axial" } else { "largest" };
+    strain_bar(image, scale, style, size, colour, measure);
     length_bar(image, camera, style, size, colour);
 }
 
@@ -64,11 +65,17 @@ fn broken(frame: &Frame) -> String {
         chain.broken.get(at).is_some_and(|b| *b < nodes.end)
     };
     let yarns: usize = frame.chains.iter().map(|c| c.yarns.iter().filter(|y| has_break(c, &y.nodes)).count()).sum();
-    if segments == 0 {
-        return "nothing broken".to_owned();
+    let lines = frame.lines.iter().filter(|line| !line.broken.is_empty()).count();
+    let counted = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
+    match (segments, lines) {
+        (0, 0) => "nothing broken".to_owned(),
+        (0, _) => format!("parted: {}", counted(lines, "line")),
+        (_, 0) => format!("broken: {}, {}", counted(yarns, "yarn"), counted(segments, "segment")),
+        _ => {
+            let [yarns, segments] = [counted(yarns, "yarn"), counted(segments, "segment")];
+            format!("broken: {yarns}, {segments}; parted: {}", counted(lines, "line"))
+        }
     }
-    let plural = |n: usize| if n == 1 { "" } else { "s" };
-    format!("broken: {yarns} yarn{}, {segments} segment{}", plural(yarns), plural(segments))
 }
 
 /// Percent with as many digits as the scale's span needs.
@@ -84,7 +91,7 @@ fn percent(strain: f64, span: f64) -> String {
     format!("{value:.digits$}%").replace('-', "−")
 }
 
-fn strain_bar(image: &mut Image, scale: &Scale, style: &Style, size: f64, colour: Colour) {
+fn strain_bar(image: &mut Image, scale: &Scale, style: &Style, size: f64, colour: Colour, measure: &str) {
     let (w, h) = (style.width as f64, style.height as f64);
     let left = (w - 0.135 * h).round() as i64;
     let (top, tall) = ((0.24 * h).round() as i64, (0.52 * h).round() as i64);
@@ -98,7 +105,7 @@ fn strain_bar(image: &mut Image, scale: &Scale, style: &Style, size: f64, colour
     let (y0, y1) = (top as f64, (top + tall) as f64);
     ink(image, &[[x0, y0], [x1, y0], [x1, y1], [x0, y1], [x0, y0]], 0.6, colour);
     let text = |at: [f64; 2]| Lettering { at, anchor: Anchor::Left, size: 0.9 * size, colour };
-    letter(image, "axial", text([x0, y0 - 3.2 * size]));
+    letter(image, measure, text([x0, y0 - 3.2 * size]));
     letter(image, "strain", text([x0, y0 - 1.4 * size]));
     for k in 0..=5 {
         let part = f64::from(k) / 5.0;

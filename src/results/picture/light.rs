@@ -51,6 +51,7 @@ impl Lights {
         let sky = 0.5 + 0.5 * n.dot(self.sky);
         let (base, gloss, sharp) = match thing {
             Thing::Yarn(_) => (scale.colour(hit.strain.unwrap_or(0.0)), 0.10, 18.0),
+            Thing::Sheet(_) => (scale.colour(hit.strain.unwrap_or(0.0)), 0.05, 12.0),
             Thing::Body(_) => (screen(BODY), 0.55, 60.0),
         };
         let base = if hit.cut { mix(base, [0.02; 3], 0.45) } else { base };

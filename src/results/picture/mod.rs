@@ -1,9 +1,10 @@
-//! Pictures on any machine, without a GPU: yarns as shaded elliptic tubes coloured by strain, bodies by their true
-//! shapes, with a strain scale, a length scale and the time. Rays go through parry's bounding-volume tree; equal frames
+//! Pictures on any machine, without a GPU: yarns as shaded elliptic tubes and sheets coloured by strain, lines as thin
+//! tubes, bodies by their true shapes, with a strain scale, a length scale and the time. Rays go through parry's bounding-volume tree; equal frames
 //! give equal bytes on any number of threads.
 
 mod camera;
 mod colour;
+mod face;
 mod image;
 mod label;
 mod light;
@@ -48,25 +49,38 @@ pub fn draw(frame: &Frame, view: PictureView, style: &Style) -> Image {
     let scale = style.scale.unwrap_or_else(|| Scale::around(strains(frame)));
     let scene = Scene::new(frame, camera.pixel);
     let mut image = Image::white(style.width, style.height);
-    paint::paint(&scene, &camera, &scale, yarn_size(frame), &mut image);
+    paint::paint(&scene, &camera, &scale, shading_length(frame, &camera), &mut image);
     label::annotate(&mut image, frame, &camera, &scale, style);
     image
 }
 
 fn strains(frame: &Frame) -> impl Iterator<Item = f64> {
-    frame.chains.iter().flat_map(|chain| chain.strain.iter().copied())
+    let chains = frame.chains.iter().flat_map(|chain| chain.strain.iter().copied());
+    let sheets = frame.sheets.iter().flat_map(|sheet| sheet.strain.iter().copied());
+    // Slack lines have no strain to show.
+    let lines = frame.lines.iter().flat_map(|line| line.strain.iter().map(|strain| strain.max(0.0)));
+    chains.chain(sheets).chain(lines)
 }
 
-/// Half of the widest yarn, m: the length by which shading is measured.
-fn yarn_size(frame: &Frame) -> f64 {
+/// The length by which shading is measured, m: half of the widest yarn, or some pixels where there is none.
+fn shading_length(frame: &Frame, camera: &Camera) -> f64 {
     let widest = frame.chains.iter().flat_map(|c| c.half_width.iter().copied()).fold(0.0, f64::max);
     let bodies = frame.bodies.iter().map(|b| 0.2 * b.solid.bounding_radius()).fold(0.0, f64::max);
-    if widest > 0.0 { widest } else { bodies.max(1e-6) }
+    if widest > 0.0 {
+        widest
+    } else if frame.sheets.is_empty() && frame.lines.is_empty() {
+        bodies.max(1e-6)
+    } else {
+        12.0 * camera.pixel
+    }
 }
 
-/// What must lie in the frame: all yarns, and the bodies that are near them (a bullet far away would shrink the ply).
+/// What must lie in the frame: all yarns, sheets, lines and points, and the bodies that are near them (a bullet far away would shrink the ply).
 fn points_of_interest(frame: &Frame) -> impl Iterator<Item = DVec3> + Clone {
-    let yarns = frame.chains.iter().flat_map(|chain| chain.position.iter().copied());
+    let chains = frame.chains.iter().flat_map(|chain| chain.position.iter().copied());
+    let sheets = frame.sheets.iter().flat_map(|sheet| sheet.position.iter().copied());
+    let lines = frame.lines.iter().flat_map(|line| line.position.iter().copied());
+    let yarns = chains.chain(sheets).chain(lines).chain(frame.points.iter().map(|point| point.position));
     let (low, high) = yarns.clone().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(a, b), p| (a.min(p), b.max(p)));
     let reach = if low.is_finite() { 0.4 * (high - low).max_element() } else { f64::INFINITY };
     let near = move |p: DVec3| !low.is_finite() || (p - p.clamp(low, high)).length() < reach;

@@ -1,4 +1,5 @@
-//! What a picture shows: a frame's yarns as smooth tube pieces and its bodies, under one bounding-volume tree.
+//! What a picture shows: a frame's yarns and lines as smooth tube pieces, its sheets as faces, its points as balls and its
+//! bodies, under one bounding-volume tree.
 
 use std::ops::Range;
 
@@ -6,8 +7,9 @@ use glam::{DQuat, DVec3};
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
 
+use super::face::{Face, faces};
 use super::tube::{Hit, Piece, Section};
-use crate::backend::{BodyFrame, ChainFrame, Frame};
+use crate::backend::{BodyFrame, ChainFrame, Frame, LineFrame, PointFrame};
 use crate::geometry::Solid;
 use crate::results::frames::{node_strain, runs};
 
@@ -20,17 +22,30 @@ struct Placed {
     radius: f64,
 }
 
-/// Everything that rays can meet. Leaves of the tree are the pieces, then the bodies.
+/// Half the width of a line and half the size of a point, pixels: both are drawn as wide as can be seen.
+const LINE: f64 = 1.2;
+const POINT: f64 = 5.0;
+
+/// Everything that rays can meet. Leaves of the tree are the pieces, then the faces, then the bodies.
 pub struct Scene {
     pub pieces: Vec<Piece>,
+    faces: Vec<Face>,
     bodies: Vec<Placed>,
     pub tree: Bvh,
+}
+
+/// What a leaf of the tree holds.
+enum Leaf<'s> {
+    Piece(&'s Piece),
+    Face(&'s Face),
+    Body(usize),
 }
 
 /// What was hit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Thing {
     Yarn(u32),
+    Sheet(u32),
     Body(u32),
 }
 
@@ -43,10 +58,20 @@ impl Scene {
             lay_chain(chain, first_yarn, pixel, &mut pieces);
             first_yarn += chain.yarns.len() as u32;
         }
-        let bodies: Vec<Placed> = frame.bodies.iter().map(place).collect();
-        let boxes = pieces.iter().map(piece_box).chain(bodies.iter().map(body_box)).enumerate();
+        for line in &frame.lines {
+            lay_line(line, first_yarn, LINE * pixel, &mut pieces);
+            first_yarn += 1;
+        }
+        let mut sheets = Vec::new();
+        for (index, sheet) in frame.sheets.iter().enumerate() {
+            faces(sheet, index as u32, &mut sheets);
+        }
+        let points = frame.points.iter().map(|point| ball(point, POINT * pixel));
+        let bodies: Vec<Placed> = frame.bodies.iter().map(|body| place(body, pixel)).chain(points).collect();
+        let boxes = pieces.iter().map(piece_box).chain(sheets.iter().map(face_box)).chain(bodies.iter().map(body_box));
+        let boxes = boxes.enumerate();
         let tree = Bvh::from_iter(BvhBuildStrategy::Binned, boxes);
-        Self { pieces, bodies, tree }
+        Self { pieces, faces: sheets, bodies, tree }
     }
 
     /// The first thing that the ray meets at a distance between `after` and `before` (m), among one leaf.
@@ -58,10 +83,12 @@ impl Scene {
         after: f64,
         before: f64,
     ) -> Option<(Thing, Hit)> {
-        match self.pieces.get(leaf as usize) {
-            Some(piece) => piece.cast(origin, direction, after, before).map(|hit| (Thing::Yarn(piece.yarn), hit)),
-            None => {
-                let index = leaf as usize - self.pieces.len();
+        match self.leaf(leaf) {
+            Leaf::Piece(piece) => {
+                piece.cast(origin, direction, after, before).map(|hit| (Thing::Yarn(piece.yarn), hit))
+            }
+            Leaf::Face(face) => face.cast(origin, direction, after, before).map(|hit| (Thing::Sheet(face.sheet), hit)),
+            Leaf::Body(index) => {
                 let hit = cast_body(&self.bodies[index], origin, direction, after, before)?;
                 Some((Thing::Body(index as u32), hit))
             }
@@ -70,12 +97,22 @@ impl Scene {
 
     /// The sphere around a leaf's whole extent: two points and a radius (m).
     pub fn leaf_capsule(&self, leaf: u32) -> (DVec3, DVec3, f64) {
-        match self.pieces.get(leaf as usize) {
-            Some(piece) => (piece.ends[0].centre, piece.ends[1].centre, piece.reach()),
-            None => {
-                let body = &self.bodies[leaf as usize - self.pieces.len()];
+        match self.leaf(leaf) {
+            Leaf::Piece(piece) => (piece.ends[0].centre, piece.ends[1].centre, piece.reach()),
+            Leaf::Face(face) => face.capsule(),
+            Leaf::Body(index) => {
+                let body = &self.bodies[index];
                 (body.position, body.position, body.radius)
             }
+        }
+    }
+
+    fn leaf(&self, leaf: u32) -> Leaf<'_> {
+        let leaf = leaf as usize;
+        match (self.pieces.get(leaf), leaf.checked_sub(self.pieces.len()).and_then(|face| self.faces.get(face))) {
+            (Some(piece), _) => Leaf::Piece(piece),
+            (None, Some(face)) => Leaf::Face(face),
+            (None, None) => Leaf::Body(leaf - self.pieces.len() - self.faces.len()),
         }
     }
 
@@ -102,13 +139,32 @@ fn piece_box(piece: &Piece) -> Aabb {
     Aabb::new(a.min(b) - reach, a.max(b) + reach)
 }
 
+fn face_box(face: &Face) -> Aabb {
+    let [a, b, c] = face.corners;
+    Aabb::new(a.min(b).min(c), a.max(b).max(c))
+}
+
 fn body_box(body: &Placed) -> Aabb {
     let reach = DVec3::splat(body.radius);
     Aabb::new(body.position - reach, body.position + reach)
 }
 
-fn place(body: &BodyFrame) -> Placed {
-    Placed { solid: body.solid, position: body.position, turn: body.turn, radius: body.solid.bounding_radius() }
+/// A body without extent is drawn as a ball.
+fn place(body: &BodyFrame, pixel: f64) -> Placed {
+    let radius = body.solid.bounding_radius();
+    if radius > 0.0 {
+        Placed { solid: body.solid, position: body.position, turn: body.turn, radius }
+    } else {
+        placed_ball(body.position, POINT * pixel)
+    }
+}
+
+fn ball(point: &PointFrame, radius: f64) -> Placed {
+    placed_ball(point.position, radius)
+}
+
+fn placed_ball(position: DVec3, radius: f64) -> Placed {
+    Placed { solid: Solid::Sphere { radius }, position, turn: DQuat::IDENTITY, radius }
 }
 
 /// Sphere tracing: steps by the distance to the surface, which is exact for these solids.
@@ -142,6 +198,25 @@ fn lay_chain(chain: &ChainFrame, first_yarn: u32, pixel: f64, pieces: &mut Vec<P
         for run in runs(chain, &yarn.nodes) {
             lay_run(chain, &run, first_yarn + number as u32, pixel, pieces);
         }
+    }
+}
+
+/// A line as straight round pieces, gaps where it has parted.
+fn lay_line(line: &LineFrame, yarn: u32, radius: f64, pieces: &mut Vec<Piece>) {
+    let nodes = line.position.len();
+    let segments = if line.closed { nodes } else { nodes.saturating_sub(1) };
+    for i in (0..segments).filter(|i| line.broken.binary_search(&(*i as u32)).is_err()) {
+        let (p, q) = (line.position[i], line.position[(i + 1) % nodes]);
+        let tangent = (q - p).normalize_or(DVec3::X);
+        let section = |centre: DVec3| Section {
+            centre,
+            tangent,
+            thickness: tangent.any_orthonormal_vector(),
+            half_thickness: radius,
+            half_width: radius,
+            strain: line.strain[i].max(0.0),
+        };
+        pieces.push(Piece { ends: [section(p), section(q)], cut: [false; 2], yarn });
     }
 }
 
