@@ -3,6 +3,7 @@
 //! any number of threads.
 
 pub mod draft;
+pub mod impact;
 pub mod obb;
 pub mod obb_moving;
 pub mod obb_tree;
