@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::observe::Value;
 use crate::plan::{Op, Reading, Reduction, Slot, Tape, constant};
-use crate::scene::{BinaryFn, PartsOp, TimeOp, UnaryFn};
+use crate::scene::{BinaryFn, TimeOp, UnaryFn};
 
 /// The accumulators of one tape, one for each `OverTime` op in order.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -73,7 +73,6 @@ impl Accumulator {
 
     /// The reduction as it stands; not-a-number where nothing was seen.
     fn value(&self, op: TimeOp) -> DVec3 {
-        let truth = |truth: bool| DVec3::splat(f64::from(u8::from(truth)));
         match op {
             TimeOp::Initial => self.first.unwrap_or(DVec3::NAN),
             TimeOp::Final => self.last.unwrap_or(DVec3::NAN),
@@ -82,8 +81,8 @@ impl Accumulator {
             TimeOp::Mean => self.first.unwrap_or(DVec3::NAN),
             TimeOp::Integral => self.integral,
             TimeOp::First => DVec3::splat(self.held_first.unwrap_or(f64::NAN)),
-            TimeOp::Always => truth(!self.failed),
-            TimeOp::Ever => truth(self.held_first.is_some()),
+            TimeOp::Always => constant::truth(!self.failed),
+            TimeOp::Ever => constant::truth(self.held_first.is_some()),
             TimeOp::At => self.found.unwrap_or(DVec3::NAN),
         }
     }
@@ -107,20 +106,12 @@ impl RunningTape {
             vector.push(match op {
                 Op::Read(reading) => is_vector(reading),
                 Op::Vector(_) => true,
-                Op::Unary(UnaryFn::Negate, a) => of(a),
-                Op::Binary(BinaryFn::Cross, ..) => true,
-                Op::Binary(BinaryFn::Add | BinaryFn::Subtract | BinaryFn::Multiply | BinaryFn::Divide, a, b) => {
-                    of(a) || of(b)
-                }
+                Op::Unary(function, a) => constant::unary_is_vector(*function, of(a)),
+                Op::Binary(function, a, b) => constant::binary_is_vector(*function, of(a), of(b)),
                 Op::If([_, then, _]) => of(then),
                 Op::Parts(_, parts) => parts.first().is_some_and(of),
-                Op::OverTime(reduction) => {
-                    matches!(
-                        reduction.op,
-                        TimeOp::Initial | TimeOp::Final | TimeOp::Mean | TimeOp::Integral | TimeOp::At
-                    ) && of(&reduction.of)
-                }
-                _ => false,
+                Op::OverTime(reduction) => constant::over_time_is_vector(reduction.op, of(&reduction.of)),
+                Op::Number(_) | Op::Time | Op::Component(..) | Op::Near { .. } | Op::Curve { .. } => false,
             });
         }
         let accumulators = tape.ops.iter().filter(|op| matches!(op, Op::OverTime(_))).count();
@@ -179,11 +170,8 @@ impl RunningTape {
             Op::Number(value) => number(*value),
             Op::Vector([x, y, z]) => DVec3::new(self.at(*x).x, self.at(*y).x, self.at(*z).x),
             Op::Component(of, axis) => number(self.at(*of).to_array()[usize::from(*axis).min(2)]),
-            Op::Unary(UnaryFn::Norm, of) if self.is_vector(*of) => number(self.at(*of).length()),
-            Op::Unary(UnaryFn::Norm, of) => number(self.at(*of).x.abs()),
-            Op::Unary(UnaryFn::Negate, of) => -self.at(*of),
-            Op::Unary(function, of) => number(unary(*function, self.at(*of).x)),
-            Op::Binary(function, a, b) => self.binary(*function, *a, *b),
+            Op::Unary(function, of) => constant::unary(*function, self.at(*of), self.is_vector(*of)),
+            Op::Binary(function, a, b) => constant::binary(*function, self.at(*a), self.at(*b)),
             Op::If([condition, then, otherwise]) => {
                 if self.at(*condition).x != 0.0 {
                     self.at(*then)
@@ -192,46 +180,12 @@ impl RunningTape {
                 }
             }
             Op::Near { of: [a, b], within, relative } => {
-                let (a, b) = (*a, *b);
-                let length = |v: DVec3, vector: bool| if vector { v.length() } else { v.x.abs() };
-                let scale = if *relative { length(self.at(b), self.is_vector(b)) } else { 1.0 };
-                let apart = length(self.at(a) - self.at(b), self.is_vector(a));
-                number(f64::from(u8::from(apart <= self.at(*within).x * scale)))
+                let within = self.at(*within).x;
+                constant::truth(constant::near([self.at(*a), self.at(*b)], within, *relative, self.is_vector(*a)))
             }
             Op::Curve { points, at } => number(constant::curve(points, self.at(*at).x)),
-            Op::Parts(op, parts) => {
-                let values = parts.iter().map(|slot| self.at(*slot));
-                match op {
-                    PartsOp::Sum => values.sum(),
-                    PartsOp::Largest => values.reduce(DVec3::max).unwrap_or(DVec3::NAN),
-                    PartsOp::Smallest => values.reduce(DVec3::min).unwrap_or(DVec3::NAN),
-                }
-            }
+            Op::Parts(op, parts) => constant::parts(*op, parts.iter().map(|slot| self.at(*slot))),
             Op::Time | Op::Read(_) | Op::OverTime(_) => DVec3::NAN,
-        }
-    }
-
-    fn binary(&self, function: BinaryFn, a: Slot, b: Slot) -> DVec3 {
-        let (a, b) = (self.at(a), self.at(b));
-        let truth = |truth: bool| DVec3::splat(f64::from(u8::from(truth)));
-        match function {
-            BinaryFn::Add => a + b,
-            BinaryFn::Subtract => a - b,
-            BinaryFn::Multiply => a * b,
-            BinaryFn::Divide => a / b,
-            BinaryFn::Modulo => DVec3::splat(a.x - b.x * libm::floor(a.x / b.x)),
-            BinaryFn::Power => DVec3::splat(libm::pow(a.x, b.x)),
-            BinaryFn::Min => DVec3::splat(a.x.min(b.x)),
-            BinaryFn::Max => DVec3::splat(a.x.max(b.x)),
-            BinaryFn::Atan2 => DVec3::splat(libm::atan2(a.x, b.x)),
-            BinaryFn::Dot => DVec3::splat(a.dot(b)),
-            BinaryFn::Cross => a.cross(b),
-            BinaryFn::Angle => DVec3::splat(libm::atan2(a.cross(b).length(), a.dot(b))),
-            BinaryFn::Less => truth(a.x < b.x),
-            BinaryFn::LessEqual => truth(a.x <= b.x),
-            BinaryFn::Equal => truth(a.x == b.x),
-            BinaryFn::And => truth(a.x != 0.0 && b.x != 0.0),
-            BinaryFn::Or => truth(a.x != 0.0 || b.x != 0.0),
         }
     }
 
@@ -273,25 +227,6 @@ impl RunningTape {
             }
         }
         f64::NAN
-    }
-}
-
-fn unary(function: UnaryFn, x: f64) -> f64 {
-    match function {
-        UnaryFn::Negate => -x,
-        UnaryFn::Not => f64::from(u8::from(x == 0.0)),
-        UnaryFn::Abs | UnaryFn::Norm => x.abs(),
-        UnaryFn::Sqrt => x.sqrt(),
-        UnaryFn::Sin => libm::sin(x),
-        UnaryFn::Cos => libm::cos(x),
-        UnaryFn::Tan => libm::tan(x),
-        UnaryFn::Asin => libm::asin(x),
-        UnaryFn::Acos => libm::acos(x),
-        UnaryFn::Atan => libm::atan(x),
-        UnaryFn::Exp => libm::exp(x),
-        UnaryFn::Log => libm::log(x),
-        UnaryFn::Floor => libm::floor(x),
-        UnaryFn::Round => libm::round(x),
     }
 }
 

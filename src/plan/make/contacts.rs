@@ -166,12 +166,16 @@ impl Maker<'_> {
     }
 
     pub(super) fn side_name(&self, side: ContactSide) -> String {
+        self.item_of(side).map_or_else(|| "?".to_string(), |at| self.scene.items[at].name.clone())
+    }
+
+    /// The item that became this side: its index in the scene.
+    pub(super) fn item_of(&self, side: ContactSide) -> Option<usize> {
         let place = match side {
             ContactSide::Chains(domain) => Place::Chains(domain),
             ContactSide::Body(body) => Place::Body(body),
         };
-        let at = self.domain_of.iter().position(|known| *known == Some(place));
-        at.map_or_else(|| "?".to_string(), |at| self.scene.items[at].name.clone())
+        self.domain_of.iter().position(|known| *known == Some(place))
     }
 }
 

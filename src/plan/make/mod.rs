@@ -8,6 +8,7 @@ mod contacts;
 mod domains;
 mod running;
 mod sinks;
+mod start;
 mod tapes;
 mod yarns;
 

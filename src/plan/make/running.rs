@@ -214,6 +214,7 @@ impl Maker<'_> {
 
     fn contact_passes(&mut self, chains: &[DomainId], origin: OriginId, order: &mut Order) {
         let rules = self.contacts().rules;
+        self.refuse_overlapping_starts(&rules);
         if rules.is_empty() {
             self.decide("contact", "", false, "no two parts can touch", vec![origin]);
             return;
