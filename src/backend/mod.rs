@@ -8,7 +8,7 @@ mod observe;
 mod state;
 mod tape;
 
-pub use frame::{BodyFrame, ChainFrame, Family, Frame, YarnFrame};
+pub use frame::{BodyFrame, ChainFrame, Family, Frame, LineFrame, PointFrame, SheetFrame, YarnFrame};
 pub use ledger::{Account, Balance, Ledger};
 pub use observe::{
     BodyEnd, Broken, ContactTotals, Finding, Halt, HaltReason, Judged, Observer, Outcome, Progress, Silent, Start,

@@ -134,6 +134,7 @@ impl Engine<'_> {
             step: self.step,
             chains: parts.map(|(index, _)| self.chain_frame(index)).collect(),
             bodies: if bodies { self.body_frames() } else { Vec::new() },
+            ..Frame::default()
         }
     }
 
