@@ -44,7 +44,13 @@ fn canopy() -> Frame {
             broken: if gore == 3 { vec![1] } else { Vec::new() },
         });
     }
-    frame.points.push(PointFrame { name: "confluence".to_owned(), position: confluence, velocity: DVec3::ZERO });
+    frame.points.push(PointFrame {
+        domain: DomainId(2 * GORES as u32),
+        name: "confluence".to_owned(),
+        position: confluence,
+        velocity: DVec3::ZERO,
+        mass: 100.0,
+    });
     frame
 }
 

@@ -25,57 +25,10 @@ pub struct Frame {
     /// Accepted steps so far.
     pub step: u64,
     pub chains: Vec<ChainFrame>,
-    pub sheets: Vec<SheetFrame>,
-    pub lines: Vec<LineFrame>,
-    pub points: Vec<PointFrame>,
     pub bodies: Vec<BodyFrame>,
     pub sheets: Vec<SheetFrame>,
     pub lines: Vec<LineFrame>,
     pub points: Vec<PointFrame>,
-}
-
-/// One sheet. Node numbers are the domain's own, from 0; nodes that a seam shares stand in both of its sheets.
-#[derive(Clone, Debug)]
-pub struct SheetFrame {
-    pub domain: DomainId,
-    /// The part's name in the scene.
-    pub name: String,
-    /// m.
-    pub position: Vec<DVec3>,
-    /// m/s.
-    pub velocity: Vec<DVec3>,
-    pub triangles: Vec<[u32; 3]>,
-    /// Largest principal strain of each triangle (1).
-    pub strain: Vec<f64>,
-}
-
-/// One line, from its first end; segment `i` runs from node `i` to the next (the first, where closed).
-#[derive(Clone, Debug)]
-pub struct LineFrame {
-    pub domain: DomainId,
-    /// The part's name in the scene.
-    pub name: String,
-    /// m.
-    pub position: Vec<DVec3>,
-    /// m/s.
-    pub velocity: Vec<DVec3>,
-    pub closed: bool,
-    /// Axial strain of each segment (1); below zero where it is slack.
-    pub strain: Vec<f64>,
-    /// Of each segment, N; zero where it is slack or parted.
-    pub tension: Vec<f64>,
-    /// Parted segments, sorted.
-    pub broken: Vec<u32>,
-}
-
-/// A node of its own.
-#[derive(Clone, Debug)]
-pub struct PointFrame {
-    pub name: String,
-    /// m.
-    pub position: DVec3,
-    /// m/s.
-    pub velocity: DVec3,
 }
 
 /// One chain domain. Arrays over nodes have one length; node numbers are the domain's own, from 0.
