@@ -10,6 +10,7 @@ mod new;
 mod plan;
 mod run;
 mod test;
+mod verdict;
 
 use std::process::ExitCode;
 
