@@ -1,5 +1,8 @@
 //! The command line: one file a command. Commands only join rooms; what they show comes from the rooms.
 
+#[macro_use]
+mod say;
+
 mod check;
 mod doc;
 mod execute;

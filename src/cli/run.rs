@@ -48,7 +48,7 @@ enum Backend {
 
 pub fn run(arguments: &Arguments) -> Outcome {
     if arguments.backend == Backend::Gpu {
-        eprintln!("the gpu backend is not available yet; `--backend cpu` runs every plan");
+        complain!("the gpu backend is not available yet; `--backend cpu` runs every plan");
         return Outcome::Failed;
     }
     execute::stop_on_signals();
@@ -80,7 +80,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     });
     passed &= across.iter().all(|check| check.passed);
     if !across.is_empty() {
-        tell(arguments.scene.format, &report::across(&across));
+        tell(arguments.scene.format, report::across(&across).trim_end());
     }
     said.append(&mut found);
     let fine = front::show(&front.sources, &said, arguments.scene.format);
@@ -97,8 +97,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
 /// Says something to people; standard output is left to the diagnostics where a tool reads it.
 fn tell(format: Format, text: &str) {
     match format {
-        Format::Human => println!("{text}"),
-        Format::Json => eprintln!("{text}"),
+        Format::Human => say!("{text}"),
+        Format::Json => complain!("{text}"),
     }
 }
 

@@ -51,19 +51,19 @@ pub fn run(arguments: &Arguments) -> Outcome {
         match verdict {
             Verdict::Passed => {
                 passed += 1;
-                println!("ok      {} ({seconds:.1} s)", file.display());
+                say!("ok      {} ({seconds:.1} s)", file.display());
             }
             Verdict::OnlyChecked(what) => {
                 checked += 1;
-                println!("checked {} (waits for {what})", file.display());
+                say!("checked {} (waits for {what})", file.display());
             }
             Verdict::Failed(why) => {
                 failed += 1;
-                println!("FAILED  {} ({seconds:.1} s)\n{}", file.display(), indent(&why));
+                say!("FAILED  {} ({seconds:.1} s)\n{}", file.display(), indent(&why));
             }
         }
     }
-    println!("{passed} passed, {failed} failed, {checked} only checked");
+    say!("{passed} passed, {failed} failed, {checked} only checked");
     if failed == 0 { Outcome::Good } else { Outcome::Failed }
 }
 

@@ -40,11 +40,13 @@ pub fn codes() -> impl Iterator<Item = (&'static str, &'static str)> {
     PAGES.iter().map(|(code, page)| (*code, page.lines().next().unwrap_or_default().trim_start_matches("# ")))
 }
 
-/// The known code that is nearest by its number.
+/// The known code that is nearest by its number, where one of the same room (the same hundred) is near enough to have been
+/// meant.
 pub fn nearest(code: &str) -> Option<&'static str> {
     let wanted: i64 = tidy(code).trim_start_matches(|c: char| c.is_ascii_alphabetic()).parse().ok()?;
     let number = |known: &str| known[1..].parse::<i64>().unwrap_or(i64::MAX / 2);
-    PAGES.iter().map(|(known, _)| *known).min_by_key(|known| (number(known) - wanted).abs())
+    let near = |known: &&str| number(known) / 100 == wanted / 100 && (number(known) - wanted).abs() <= 9;
+    PAGES.iter().map(|(known, _)| *known).filter(near).min_by_key(|known| (number(known) - wanted).abs())
 }
 
 /// `312` → `E0312`.
@@ -73,6 +75,9 @@ mod tests {
     #[test]
     fn the_nearest_code_is_offered() {
         assert_eq!(nearest("E0313"), Some("E0312"));
+        assert_eq!(nearest("E0318x"), None);
+        assert_eq!(nearest("E9999"), None);
+        assert_eq!(nearest("E0399"), None);
         assert_eq!(nearest("hello"), None);
     }
 }

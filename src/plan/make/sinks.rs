@@ -1,7 +1,7 @@
 //! What leaves the run: probes, frames, pictures, checks, and the watch that can stop it.
 
 use crate::diagnostics::Diagnostic;
-use crate::plan::{Check, across, DomainId, Format, PictureView, Sink};
+use crate::plan::{Check, DomainId, Format, PictureView, Sink, across};
 use crate::scene::{Extents, Item, ItemBody, Picture, Probe, Record, Recorded, Run, Selection, View};
 
 use super::Maker;
