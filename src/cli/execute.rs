@@ -68,7 +68,7 @@ pub fn execute(
                 let stopped = outcome.halt.is_some();
                 across.keep(CaseId(case), plan, &outcome);
                 keep_states(&mut inputs, plan, &outcome.state);
-                diagnostics.extend(halt_diagnostic(plan, &outcome));
+                diagnostics.extend(halt_diagnostic(sources, plan, &outcome));
                 done(Ran { case: plan.body.case.clone(), summary });
                 if stopped {
                     break;
@@ -108,7 +108,7 @@ fn run_case(
     };
     let outcome = cpu::run(plan, inputs, options, &mut recorder).map_err(|refusal| refused(sources, plan, &refusal))?;
     let summary = recorder.finish(&outcome, verifier.totals())?;
-    diagnostics.extend(verifier.totals().and_then(|totals| verdict::of_oracle(plan, &outcome, totals)));
+    diagnostics.extend(verifier.totals().and_then(|totals| verdict::of_oracle(sources, plan, &outcome, totals)));
     Ok((outcome, summary))
 }
 
@@ -151,14 +151,15 @@ fn refused(sources: &Sources, plan: &Plan, refusal: &Refusal) -> Box<Diagnostic>
 }
 
 /// A run that stopped early, at the line of the scene that it came from.
-fn halt_diagnostic(plan: &Plan, outcome: &Outcome) -> Option<Diagnostic> {
+fn halt_diagnostic(sources: &Sources, plan: &Plan, outcome: &Outcome) -> Option<Diagnostic> {
     let halt = outcome.halt.as_ref()?;
     let message = format!("the run stopped at {:.6} us, step {}: {}", halt.time * 1e6, halt.step, halt.message);
     let note = "Everything up to there is written; the last good state is in the checkpoint.";
     if halt.reason == HaltReason::Cancelled {
         return Some(Diagnostic::placeless("W0904", Severity::Warning, message).note(note));
     }
-    let span = halt.origin.and_then(|origin| plan.origins.get(origin.0 as usize)).map(|origin| origin.span);
+    let span = halt.origin.and_then(|origin| plan.origins.get(origin.0 as usize));
+    let span = span.map(|origin| sources.headline(origin.span));
     Some(
         match span {
             Some(span) => Diagnostic::error("E0902", message, span, halt.part.clone().unwrap_or_default()),

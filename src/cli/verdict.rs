@@ -14,7 +14,7 @@ use crate::scene::{CaseId, Program};
 
 /// E0905 where something passed through what was not broken, W0906 where sections only overlapped deeply: at the lines of
 /// the parts.
-pub fn of_oracle(plan: &Plan, outcome: &Outcome, totals: &Totals) -> Option<Diagnostic> {
+pub fn of_oracle(sources: &Sources, plan: &Plan, outcome: &Outcome, totals: &Totals) -> Option<Diagnostic> {
     if let Some(first) = totals.first_crossing {
         let what = summary::crossing(plan, &outcome.state, &first);
         let times = match totals.crossings {
@@ -22,13 +22,13 @@ pub fn of_oracle(plan: &Plan, outcome: &Outcome, totals: &Totals) -> Option<Diag
             count => format!("{count} times"),
         };
         let message = format!("a part passed through another {times}, first {what}");
-        let found = placed("E0905", Severity::Error, message, plan, outcome, first.between);
+        let found = placed("E0905", Severity::Error, message, sources, plan, outcome, first.between);
         return Some(found.note("Results after that are not to be trusted. A shorter `step` in `run` may mend it."));
     }
     let deepest = totals.deepest.filter(|_| totals.most_overlaps > 0)?;
     let what = summary::overlap(plan, &outcome.state, &deepest);
     let message = format!("sections overlapped beyond the oracle's tolerance, most {what}");
-    let found = placed("W0906", Severity::Warning, message, plan, outcome, deepest.between);
+    let found = placed("W0906", Severity::Warning, message, sources, plan, outcome, deepest.between);
     Some(found.note("No centreline was crossed, so nothing passed through; forces near there are too soft."))
 }
 
@@ -36,11 +36,14 @@ fn placed(
     code: &'static str,
     severity: Severity,
     message: String,
+    sources: &Sources,
     plan: &Plan,
     outcome: &Outcome,
     between: [Feature; 2],
 ) -> Diagnostic {
-    let [first, second] = between.map(|feature| line_of(plan, outcome, feature));
+    let [first, second] = between
+        .map(|feature| line_of(plan, outcome, feature))
+        .map(|part| part.map(|(span, name)| (sources.headline(span), name)));
     let mut found = Diagnostic::placeless(code, severity, message);
     let mut label = |part: Option<(Span, String)>| {
         if let Some((span, name)) = part

@@ -116,12 +116,8 @@ impl<'a> Maker<'a> {
         self.diagnostics.push(found);
     }
 
-    /// The first line of a block up to its brace: enough to find it.
     fn headline(&self, block: Span) -> Span {
-        let text = self.sources.text(block);
-        let line = text.lines().next().unwrap_or_default();
-        let head = if text.contains('\n') { line.trim_end_matches(['{', ' ']) } else { line };
-        Span { end: block.start + head.len() as u32, ..block }
+        self.sources.headline(block)
     }
 
     fn run_item(&mut self) -> Option<(&'a Item, &'a Run)> {
