@@ -84,7 +84,7 @@ fn sinks(draft: &mut Draft, yarn: DomainId, bodies: DomainId, duration: f64) {
     let read = |quantity| Op::Read(Reading { item: "ball".to_owned(), quantity });
     let velocity = draft.tape(vec![read(Quantity::Velocity)]);
     let speed = draft.tape(vec![read(Quantity::Speed)]);
-    let check = Check { message: "the ball flies".to_owned(), tape: speed, origin: OriginId(0) };
+    let check = Check { message: "the ball flies".to_owned(), tape: speed, shown: None, origin: OriginId(0) };
     let probe = |name: &str, tape| Sink::Probe { name: name.to_owned(), tape, unit: "m/s".to_owned(), every: None };
     draft.body.sinks = vec![
         probe("ball.velocity", velocity),

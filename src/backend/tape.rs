@@ -11,6 +11,16 @@ use crate::scene::{BinaryFn, TimeOp, UnaryFn};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Memory(pub Vec<Accumulator>);
 
+impl Memory {
+    /// The value of a tape whose last op is a reduction over time, as its run left it; numbers in all components.
+    pub fn result(&self, tape: &Tape) -> Option<DVec3> {
+        match (tape.ops.last(), self.0.last()) {
+            (Some(Op::OverTime(reduction)), Some(accumulator)) => Some(accumulator.value(reduction.op)),
+            _ => None,
+        }
+    }
+}
+
 /// What a reduction over time has seen so far. Lone optionals instead of infinities, so that it can be written as JSON.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Accumulator {

@@ -28,7 +28,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
                 1 => ", 1 warning".to_string(),
                 count => format!(", {count} warnings"),
             };
-            println!("{}: checked{warnings}", file.display());
+            say!("{}: checked{warnings}", file.display());
         }
         good &= fine;
     }

@@ -21,11 +21,11 @@ pub fn run(arguments: &Arguments) -> Outcome {
         .and_then(|()| pages.iter().try_for_each(|page| std::fs::write(arguments.out.join(&page.file), &page.text)));
     match written {
         Ok(()) => {
-            println!("{} pages in {}", pages.len(), arguments.out.display());
+            say!("{} pages in {}", pages.len(), arguments.out.display());
             Outcome::Good
         }
         Err(error) => {
-            eprintln!("the pages cannot be written to {}: {error}", arguments.out.display());
+            complain!("the pages cannot be written to {}: {error}", arguments.out.display());
             Outcome::Failed
         }
     }

@@ -8,8 +8,10 @@ use crate::backend::{HaltReason, Outcome, State};
 use crate::diagnostics::{Diagnostic, Severity, Sources};
 use crate::oracle::{Settings, Verifier};
 use crate::plan::{self, MakeOptions, Op, Plan, Quantity};
-use crate::results::{Folder, Recorder, Summary, read_checkpoint};
-use crate::scene::Program;
+use crate::results::{Check, Folder, Recorder, Summary, read_checkpoint};
+use crate::scene::{CaseId, Program};
+
+use super::verdict::{self, Across};
 
 /// What the command line says about running.
 #[derive(Clone, Debug, Default)]
@@ -40,8 +42,8 @@ pub fn stop_on_signals() {
     let _ = ctrlc::set_handler(|| STOP.store(true, Ordering::Relaxed));
 }
 
-/// Runs every case of a program and hands each to `done` as it ends. Diagnostics are appended; the run goes on to the next case
-/// only while there is no error.
+/// Runs every case of a program and hands each to `done` as it ends; what is judged over several cases comes back.
+/// Diagnostics are appended; the run goes on to the next case only while none has stopped early.
 pub fn execute(
     sources: &Sources,
     program: &Program,
@@ -49,33 +51,36 @@ pub fn execute(
     how: &How,
     diagnostics: &mut Vec<Diagnostic>,
     mut done: impl FnMut(Ran),
-) {
+) -> Vec<Check> {
     let options = MakeOptions { keep: how.keep.clone() };
     let mut plans = Vec::new();
     for case in &program.cases {
         plans.extend(plan::make(sources, program, case, &options, diagnostics));
     }
     if diagnostics.iter().any(Diagnostic::is_error) {
-        return;
+        return Vec::new();
     }
     let mut inputs = Inputs::default();
-    for plan in &plans {
-        match run_case(sources, plan, &inputs, out, how) {
+    let mut across = Across::default();
+    for (plan, case) in plans.iter().zip(0..) {
+        match run_case(sources, plan, &inputs, out, how, diagnostics) {
             Ok((outcome, summary)) => {
                 let stopped = outcome.halt.is_some();
+                across.keep(CaseId(case), plan, &outcome);
                 keep_states(&mut inputs, plan, &outcome.state);
-                diagnostics.extend(halt_diagnostic(plan, &outcome));
+                diagnostics.extend(halt_diagnostic(sources, plan, &outcome));
                 done(Ran { case: plan.body.case.clone(), summary });
                 if stopped {
-                    return;
+                    break;
                 }
             }
             Err(found) => {
                 diagnostics.push(*found);
-                return;
+                break;
             }
         }
     }
+    across.judge(sources, program, diagnostics)
 }
 
 fn run_case(
@@ -84,6 +89,7 @@ fn run_case(
     inputs: &Inputs,
     out: &Path,
     how: &How,
+    diagnostics: &mut Vec<Diagnostic>,
 ) -> Result<(Outcome, Summary), Box<Diagnostic>> {
     let folder = Folder::open(plan.body.case.as_ref().map_or(out.to_path_buf(), |case| out.join(case)))?;
     let resumed = if how.resume { Some(resumable(plan, &folder)?) } else { None };
@@ -102,6 +108,7 @@ fn run_case(
     };
     let outcome = cpu::run(plan, inputs, options, &mut recorder).map_err(|refusal| refused(sources, plan, &refusal))?;
     let summary = recorder.finish(&outcome, verifier.totals())?;
+    diagnostics.extend(verifier.totals().and_then(|totals| verdict::of_oracle(sources, plan, &outcome, totals)));
     Ok((outcome, summary))
 }
 
@@ -144,14 +151,15 @@ fn refused(sources: &Sources, plan: &Plan, refusal: &Refusal) -> Box<Diagnostic>
 }
 
 /// A run that stopped early, at the line of the scene that it came from.
-fn halt_diagnostic(plan: &Plan, outcome: &Outcome) -> Option<Diagnostic> {
+fn halt_diagnostic(sources: &Sources, plan: &Plan, outcome: &Outcome) -> Option<Diagnostic> {
     let halt = outcome.halt.as_ref()?;
     let message = format!("the run stopped at {:.6} us, step {}: {}", halt.time * 1e6, halt.step, halt.message);
     let note = "Everything up to there is written; the last good state is in the checkpoint.";
     if halt.reason == HaltReason::Cancelled {
         return Some(Diagnostic::placeless("W0904", Severity::Warning, message).note(note));
     }
-    let span = halt.origin.and_then(|origin| plan.origins.get(origin.0 as usize)).map(|origin| origin.span);
+    let span = halt.origin.and_then(|origin| plan.origins.get(origin.0 as usize));
+    let span = span.map(|origin| sources.headline(origin.span));
     Some(
         match span {
             Some(span) => Diagnostic::error("E0902", message, span, halt.part.clone().unwrap_or_default()),

@@ -15,17 +15,18 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Outcome {
     let Some(code) = &arguments.code else {
         for (code, title) in explain::codes() {
-            println!("{code}  {title}");
+            say!("{code}  {title}");
         }
         return Outcome::Good;
     };
     if let Some(page) = explain::page(code) {
-        print!("{page}");
+        say_as_is!("{page}");
         return Outcome::Good;
     }
-    eprintln!("no message has the code `{code}`");
+    complain!("no message has the code `{code}`");
     if let Some(near) = explain::nearest(code) {
-        eprintln!("did you mean {near}? `ripstop explain` lists all");
+        complain!("did you mean {near}?");
     }
+    complain!("`ripstop explain` lists all codes");
     Outcome::Failed
 }

@@ -33,7 +33,7 @@ fn format_file(path: &Path, check: bool) -> bool {
     let text = match std::fs::read_to_string(path) {
         Ok(text) => text,
         Err(error) => {
-            eprintln!("{}: {error}", path.display());
+            complain!("{}: {error}", path.display());
             return false;
         }
     };
@@ -46,16 +46,16 @@ fn format_file(path: &Path, check: bool) -> bool {
         }
         Ok(formatted) if formatted == text => true,
         Ok(_) if check => {
-            println!("{}: not formatted", path.display());
+            say!("{}: not formatted", path.display());
             false
         }
         Ok(formatted) => match std::fs::write(path, formatted) {
             Ok(()) => {
-                println!("{}: formatted", path.display());
+                say!("{}: formatted", path.display());
                 true
             }
             Err(error) => {
-                eprintln!("{}: {error}", path.display());
+                complain!("{}: {error}", path.display());
                 false
             }
         },

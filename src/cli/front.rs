@@ -61,11 +61,23 @@ fn split_sets(sets: &[String], diagnostics: &mut Vec<Diagnostic>) -> Option<Vec<
 /// Prints diagnostics: to standard error for people, to standard output for tools. Says whether none was an error.
 pub fn show(sources: &Sources, diagnostics: &[Diagnostic], format: Format) -> bool {
     match format {
-        Format::Json => println!("{}", render::json(sources, diagnostics)),
+        Format::Json => say!("{}", render::json(sources, diagnostics)),
         Format::Human if diagnostics.is_empty() => {}
-        Format::Human => eprint!("{}", render::human(sources, diagnostics, None, std::io::stderr().is_terminal())),
+        Format::Human => {
+            complain_as_is!("{}", render::human(sources, diagnostics, None, std::io::stderr().is_terminal()))
+        }
     }
     !diagnostics.iter().any(Diagnostic::is_error)
+}
+
+/// The same for a command whose standard output is taken by something else.
+pub fn complain(sources: &Sources, diagnostics: &[Diagnostic], format: Format) {
+    match format {
+        Format::Json => complain_as_is!("{}", render::json(sources, diagnostics)),
+        Format::Human => {
+            show(sources, diagnostics, format);
+        }
+    }
 }
 
 /// The scene files that a command is to work on; says on standard error why there are none.
@@ -73,12 +85,12 @@ pub fn wanted_files(paths: &[PathBuf]) -> Option<Vec<PathBuf>> {
     match scene_files(paths) {
         Ok(files) if files.is_empty() => {
             let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
-            eprintln!("no `.weave` or `.chute` file is in {}", names.join(", "));
+            complain!("no `.weave` or `.chute` file is in {}", names.join(", "));
             None
         }
         Ok(files) => Some(files),
         Err(error) => {
-            eprintln!("cannot list the files: {error}");
+            complain!("cannot list the files: {error}");
             None
         }
     }

@@ -1,5 +1,8 @@
 //! The command line: one file a command. Commands only join rooms; what they show comes from the rooms.
 
+#[macro_use]
+mod say;
+
 mod check;
 mod doc;
 mod execute;
@@ -10,6 +13,7 @@ mod new;
 mod plan;
 mod run;
 mod test;
+mod verdict;
 
 use std::process::ExitCode;
 

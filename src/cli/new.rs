@@ -25,15 +25,15 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let written = std::fs::File::create_new(&path).and_then(|mut file| file.write_all(FIRST_SCENE.as_bytes()));
     match written {
         Ok(()) => {
-            println!("{} written; try `ripstop run {}`", path.display(), path.display());
+            say!("{} written; try `ripstop run {}`", path.display(), path.display());
             Outcome::Good
         }
         Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => {
-            eprintln!("{} is there already, and is left as it is; choose another name", path.display());
+            complain!("{} is there already, and is left as it is; choose another name", path.display());
             Outcome::Failed
         }
         Err(error) => {
-            eprintln!("{} cannot be written: {error}", path.display());
+            complain!("{} cannot be written: {error}", path.display());
             Outcome::Failed
         }
     }

@@ -3,11 +3,13 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use serde::Deserialize;
 
+use crate::diagnostics::{Diagnostic, Sources, render};
 use crate::plan::{self, MakeOptions, Plan};
 
-use super::Outcome;
 use super::front::{self, SceneFlags};
+use super::{Format, Outcome};
 
 #[derive(Args)]
 pub struct Arguments {
@@ -18,7 +20,7 @@ pub struct Arguments {
     /// Force a pass in that the scene does not need.
     #[arg(long = "keep", value_name = "PASS")]
     keep: Vec<String>,
-    /// Print the plan as JSON instead of text.
+    /// Print the plan as JSON instead of text: a list where there are several cases.
     #[arg(long)]
     json: bool,
     /// Print only what differs from a plan that was saved with `--json`.
@@ -35,49 +37,77 @@ pub fn run(arguments: &Arguments) -> Outcome {
             plans.extend(plan::make(&front.sources, program, case, &options, &mut front.diagnostics));
         }
     }
-    if !front::show(&front.sources, &front.diagnostics, arguments.scene.format) {
-        return Outcome::Failed;
-    }
-    match &arguments.diff {
-        Some(path) => show_difference(path, &plans),
-        None => {
-            for plan in &plans {
-                print(plan, arguments.json);
-            }
+    let good = !front.diagnostics.iter().any(Diagnostic::is_error);
+    let shown = match (&arguments.diff, arguments.json, arguments.scene.format) {
+        // Tools read one document, whatever came of it.
+        (None, false, Format::Json) => {
+            say_as_is!("{}", document(&front.sources, &front.diagnostics, &plans));
             Outcome::Good
         }
+        (diff, json, _) => {
+            front::complain(&front.sources, &front.diagnostics, arguments.scene.format);
+            match diff {
+                _ if !good => Outcome::Failed,
+                Some(path) => show_difference(path, &plans),
+                None if json => {
+                    say!("{}", saved(&plans));
+                    Outcome::Good
+                }
+                None => {
+                    plans.iter().for_each(|plan| say!("{}", plan.text(true)));
+                    Outcome::Good
+                }
+            }
+        }
+    };
+    if good { shown } else { Outcome::Failed }
+}
+
+/// `{ "diagnostics": […], "plans": […] }`
+fn document(sources: &Sources, diagnostics: &[Diagnostic], plans: &[Plan]) -> String {
+    let diagnostics = render::json(sources, diagnostics);
+    let plans = serde_json::to_string_pretty(plans).unwrap_or_default();
+    format!("{{\"diagnostics\": {},\n\"plans\": {plans}}}\n", diagnostics.trim_end())
+}
+
+/// What `--json` writes: the plan, or where there are several cases a list of plans.
+fn saved(plans: &[Plan]) -> String {
+    // A plan is numbers and strings under string keys: nothing of it can fail to be JSON.
+    match plans {
+        [plan] => serde_json::to_string_pretty(plan).unwrap_or_default(),
+        plans => serde_json::to_string_pretty(plans).unwrap_or_default(),
     }
 }
 
-fn print(plan: &Plan, json: bool) {
-    match serde_json::to_string_pretty(plan) {
-        Ok(text) if json => println!("{text}"),
-        _ => println!("{}", plan.text(true)),
-    }
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Saved {
+    One(Box<Plan>),
+    Several(Vec<Plan>),
 }
 
-/// What differs from each saved plan; `--json` writes one for each case, one after the other.
+/// What differs from each saved plan.
 fn show_difference(path: &PathBuf, plans: &[Plan]) -> Outcome {
-    let saved = std::fs::read_to_string(path).map_err(|error| error.to_string()).and_then(|text| {
-        let saved = serde_json::Deserializer::from_str(&text).into_iter::<Plan>();
-        saved.collect::<Result<Vec<_>, _>>().map_err(|error| error.to_string())
-    });
+    let saved = std::fs::read_to_string(path)
+        .map_err(|error| error.to_string())
+        .and_then(|text| serde_json::from_str(&text).map_err(|error| error.to_string()));
     let saved = match saved {
-        Ok(saved) => saved,
+        Ok(Saved::One(plan)) => vec![*plan],
+        Ok(Saved::Several(plans)) => plans,
         Err(error) => {
-            eprintln!("{} cannot be read as a saved plan: {error}", path.display());
+            complain!("{} cannot be read as a saved plan: {error}", path.display());
             return Outcome::Failed;
         }
     };
     if let Some(other) = saved.iter().find(|saved| saved.schema != plan::SCHEMA) {
-        eprintln!("{}: schema {}, this version reads {}", path.display(), other.schema, plan::SCHEMA);
+        complain!("{}: schema {}, this version reads {}", path.display(), other.schema, plan::SCHEMA);
         return Outcome::Failed;
     }
     for saved in &saved {
         let name = saved.body.case.as_deref();
         match plans.iter().find(|plan| plan.body.case == saved.body.case) {
-            Some(plan) => print!("{}", plan::diff(saved, plan)),
-            None => println!("the saved plan is of case `{}`, which is not among these", name.unwrap_or("(none)")),
+            Some(plan) => say_as_is!("{}", plan::diff(saved, plan)),
+            None => say!("the saved plan is of case `{}`, which is not among these", name.unwrap_or("(none)")),
         }
     }
     Outcome::Good

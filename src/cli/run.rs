@@ -48,7 +48,7 @@ enum Backend {
 
 pub fn run(arguments: &Arguments) -> Outcome {
     if arguments.backend == Backend::Gpu {
-        eprintln!("the gpu backend is not available yet; `--backend cpu` runs every plan");
+        complain!("the gpu backend is not available yet; `--backend cpu` runs every plan");
         return Outcome::Failed;
     }
     execute::stop_on_signals();
@@ -68,7 +68,9 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let (mut passed, mut halted) = (true, false);
     let mut said = front.diagnostics;
     let mut found = Vec::new();
-    execute::execute(&front.sources, &program, &out, &how, &mut found, |ran| {
+    let mut ran_some = false;
+    let across = execute::execute(&front.sources, &program, &out, &how, &mut found, |ran| {
+        ran_some = true;
         if let Some(case) = &ran.case {
             tell(arguments.scene.format, &format!("case {case}"));
         }
@@ -76,9 +78,13 @@ pub fn run(arguments: &Arguments) -> Outcome {
         passed &= ran.summary.passed();
         halted |= ran.summary.halt.is_some();
     });
+    passed &= across.iter().all(|check| check.passed);
+    if !across.is_empty() {
+        tell(arguments.scene.format, report::across(&across).trim_end());
+    }
     said.append(&mut found);
     let fine = front::show(&front.sources, &said, arguments.scene.format);
-    if fine || halted {
+    if ran_some {
         tell(arguments.scene.format, &format!("results in {}", out.display()));
     }
     match (halted, fine && passed) {
@@ -91,8 +97,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
 /// Says something to people; standard output is left to the diagnostics where a tool reads it.
 fn tell(format: Format, text: &str) {
     match format {
-        Format::Human => println!("{text}"),
-        Format::Json => eprintln!("{text}"),
+        Format::Human => say!("{text}"),
+        Format::Json => complain!("{text}"),
     }
 }
 

@@ -6,6 +6,7 @@ use std::time::Instant;
 use clap::Args;
 
 use crate::diagnostics::{Diagnostic, Sources, render};
+use crate::results::Check;
 use crate::scene::{ItemBody, Program};
 
 use super::Outcome;
@@ -20,6 +21,9 @@ pub struct Arguments {
     /// Run at full size instead of the `quick` one.
     #[arg(long)]
     full: bool,
+    /// Check every step with the independent intersection oracle, in scenes that do not ask for it too.
+    #[arg(long)]
+    verify: bool,
     /// Threads; results do not depend on it [default: all cores].
     #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
     threads: usize,
@@ -47,19 +51,19 @@ pub fn run(arguments: &Arguments) -> Outcome {
         match verdict {
             Verdict::Passed => {
                 passed += 1;
-                println!("ok      {} ({seconds:.1} s)", file.display());
+                say!("ok      {} ({seconds:.1} s)", file.display());
             }
             Verdict::OnlyChecked(what) => {
                 checked += 1;
-                println!("checked {} (waits for {what})", file.display());
+                say!("checked {} (waits for {what})", file.display());
             }
             Verdict::Failed(why) => {
                 failed += 1;
-                println!("FAILED  {} ({seconds:.1} s)\n{}", file.display(), indent(&why));
+                say!("FAILED  {} ({seconds:.1} s)\n{}", file.display(), indent(&why));
             }
         }
     }
-    println!("{passed} passed, {failed} failed, {checked} only checked");
+    say!("{passed} passed, {failed} failed, {checked} only checked");
     if failed == 0 { Outcome::Good } else { Outcome::Failed }
 }
 
@@ -74,19 +78,17 @@ fn judge(file: &Path, arguments: &Arguments) -> Verdict {
         return Verdict::OnlyChecked(what);
     }
     let (folder, temporary) = folder_for(file, arguments);
-    let how = How { threads: arguments.threads, quiet: true, ..How::default() };
+    let how = How { threads: arguments.threads, verify: arguments.verify, quiet: true, ..How::default() };
     let mut diagnostics = Vec::new();
     let mut broken = Vec::new();
-    execute::execute(&front.sources, program, &folder, &how, &mut diagnostics, |ran| {
+    let across = execute::execute(&front.sources, program, &folder, &how, &mut diagnostics, |ran| {
         let case = ran.case.map_or(String::new(), |case| format!("case {case}: "));
         if let Some(halt) = &ran.summary.halt {
             broken.push(format!("{case}stopped early: {}", halt.message));
         }
-        for check in ran.summary.checks.iter().filter(|check| !check.passed) {
-            let observed = check.observed.map_or("nothing".to_string(), |value| value.to_string());
-            broken.push(format!("{case}expect failed: {} (observed {observed})", check.message));
-        }
+        broken.extend(failed(&ran.summary.checks, &case));
     });
+    broken.extend(failed(&across, "over cases: "));
     if temporary {
         // A folder that cannot be removed is only litter in the system's place for such.
         let _ = std::fs::remove_dir_all(&folder);
@@ -95,6 +97,11 @@ fn judge(file: &Path, arguments: &Arguments) -> Verdict {
         broken.push(drawn(&front.sources, &diagnostics));
     }
     if broken.is_empty() { Verdict::Passed } else { Verdict::Failed(broken.join("\n")) }
+}
+
+fn failed<'a>(checks: &'a [Check], of: &'a str) -> impl Iterator<Item = String> + 'a {
+    let failed = checks.iter().filter(|check| !check.passed);
+    failed.map(move |check| format!("{of}expect failed: {} (saw {}) [{}]", check.message, check.saw, check.place))
 }
 
 /// What a scene of reserved kinds waits for.

@@ -20,8 +20,8 @@ static PAGES: &[(&str, &str)] = pages! {
     "E0704" "E0705" "E0706" "E0707" "E0708" "E0709" "E0710" "E0711" "E0712" "E0713" "E0714" "E0715" "E0719"
     "E0721" "E0722" "E0723" "E0724" "E0725" "E0726" "E0727" "E0730" "E0731" "E0801" "E0802" "E0803" "E0804" "E0805" "E0806"
     "E0807" "E0808" "E0809" "E0810" "E0811" "E0812" "E0814" "E0815" "E0816" "E0850" "E0851" "E0852" "E0853"
-    "E0854" "E0855" "E0856" "E0857" "E0858" "E0901" "E0902" "E0903" "E0950" "E0951" "E0952" "E0953" "E0954"
-    "W0101" "W0210" "W0211" "W0327" "W0450" "W0620" "W0716" "W0717" "W0718" "W0720" "W0813" "W0904"
+    "E0854" "E0855" "E0856" "E0857" "E0858" "E0901" "E0902" "E0903" "E0905" "E0950" "E0951" "E0952" "E0953" "E0954"
+    "W0101" "W0210" "W0211" "W0327" "W0450" "W0620" "W0716" "W0717" "W0718" "W0720" "W0813" "W0904" "W0906" "W0907"
 };
 
 /// The page of a code, in Markdown. The code is taken as people write it: `E0312`, `e0312`, `0312`, `312`.
@@ -40,11 +40,13 @@ pub fn codes() -> impl Iterator<Item = (&'static str, &'static str)> {
     PAGES.iter().map(|(code, page)| (*code, page.lines().next().unwrap_or_default().trim_start_matches("# ")))
 }
 
-/// The known code that is nearest by its number.
+/// The known code that is nearest by its number, where one of the same room (the same hundred) is near enough to have been
+/// meant.
 pub fn nearest(code: &str) -> Option<&'static str> {
     let wanted: i64 = tidy(code).trim_start_matches(|c: char| c.is_ascii_alphabetic()).parse().ok()?;
     let number = |known: &str| known[1..].parse::<i64>().unwrap_or(i64::MAX / 2);
-    PAGES.iter().map(|(known, _)| *known).min_by_key(|known| (number(known) - wanted).abs())
+    let near = |known: &&str| number(known) / 100 == wanted / 100 && (number(known) - wanted).abs() <= 9;
+    PAGES.iter().map(|(known, _)| *known).filter(near).min_by_key(|known| (number(known) - wanted).abs())
 }
 
 /// `312` → `E0312`.
@@ -73,6 +75,9 @@ mod tests {
     #[test]
     fn the_nearest_code_is_offered() {
         assert_eq!(nearest("E0313"), Some("E0312"));
+        assert_eq!(nearest("E0318x"), None);
+        assert_eq!(nearest("E9999"), None);
+        assert_eq!(nearest("E0399"), None);
         assert_eq!(nearest("hello"), None);
     }
 }

@@ -82,6 +82,14 @@ impl Sources {
         self.get(span.file).text.get(span.range()).unwrap_or("")
     }
 
+    /// The first line of a block up to its brace: enough to find it.
+    pub fn headline(&self, block: Span) -> Span {
+        let text = self.text(block);
+        let line = text.lines().next().unwrap_or_default();
+        let head = if text.contains('\n') { line.trim_end_matches(['{', ' ']) } else { line };
+        Span { end: block.start + head.len() as u32, ..block }
+    }
+
     /// `name:line:column` of a span's start.
     pub fn place(&self, span: Span) -> String {
         let source = self.get(span.file);

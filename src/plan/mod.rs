@@ -3,6 +3,7 @@
 //! A plan is data alone: no closures, no node arrays (domains carry recipes that [`crate::geometry`] unfolds), no syntax.
 //! Everything in [`Body`] is hashed; origins and advice are not, so a comment or a machine changes no hash.
 
+pub mod across;
 mod bound;
 pub mod constant;
 mod cost;

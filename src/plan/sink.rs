@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{DomainId, OriginId, TapeId};
+use crate::scene::Shown;
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -38,6 +39,10 @@ pub enum Sink {
         origin: OriginId,
     },
     Expect(Check),
+    /// A reduction over this run that a check over several cases reads, numbered in the order of [`super::across`].
+    Result {
+        tape: TapeId,
+    },
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -62,5 +67,8 @@ pub enum PictureView {
 pub struct Check {
     pub message: String,
     pub tape: TapeId,
+    /// The unit for the value that it saw; None for a plain number.
+    #[serde(default)]
+    pub shown: Option<Shown>,
     pub origin: OriginId,
 }

@@ -146,6 +146,7 @@ impl Plan {
                 Sink::Checkpoint { wall_seconds } => format!("checkpoint every {wall_seconds} s of wall time"),
                 Sink::Watch { limit, what, .. } => format!("watch {what}: at most {limit}"),
                 Sink::Expect(check) => format!("expect: {}", check.message),
+                Sink::Result { tape } => format!("keep {}", self.body.tapes[tape.0 as usize].name),
             };
             line(out, 1, &text);
         }

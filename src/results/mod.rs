@@ -21,4 +21,4 @@ pub mod vtu;
 
 pub use folder::Folder;
 pub use recorder::{Recorder, read_checkpoint};
-pub use summary::Summary;
+pub use summary::{Check, Summary};

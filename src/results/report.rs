@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::progress::{seconds, significant};
-use super::summary::{Penetration, Summary};
+use super::summary::{Check, Penetration, Summary};
 
 /// The table, with a newline at its end.
 pub fn table(summary: &Summary) -> String {
@@ -50,7 +50,7 @@ pub fn table(summary: &Summary) -> String {
         let _ = writeln!(text, "  {shown:<width$}  {value}");
         last = name;
     }
-    text.push_str(&checks(summary));
+    text.push_str(&judged("expects", &summary.checks));
     if let Some(halt) = &summary.halt {
         let at = halt.place.as_deref().map_or_else(String::new, |place| format!(" [{place}]"));
         let _ =
@@ -108,18 +108,22 @@ fn penetration(found: &Penetration) -> Vec<(&'static str, String)> {
     }
 }
 
-fn checks(summary: &Summary) -> String {
+/// The checks that read several cases, judged after the last of them.
+pub fn across(checks: &[Check]) -> String {
+    judged("expects over cases", checks)
+}
+
+fn judged(title: &str, checks: &[Check]) -> String {
     let mut text = String::new();
-    if summary.checks.is_empty() {
+    if checks.is_empty() {
         return text;
     }
-    let passed = summary.checks.iter().filter(|check| check.passed).count();
-    let _ = writeln!(text, "  expects: {passed} of {} hold", summary.checks.len());
-    for check in &summary.checks {
+    let passed = checks.iter().filter(|check| check.passed).count();
+    let _ = writeln!(text, "  {title}: {passed} of {} hold", checks.len());
+    for check in checks {
         let mark = if check.passed { "pass" } else { "FAIL" };
-        let saw = check.observed.map_or_else(|| "not a number".to_owned(), significant);
         let place = if check.passed { String::new() } else { format!(" [{}]", check.place) };
-        let _ = writeln!(text, "    {mark}  {} (saw {saw}){place}", check.message);
+        let _ = writeln!(text, "    {mark}  {} (saw {}){place}", check.message, check.saw);
     }
     text
 }
@@ -158,7 +162,7 @@ fn joules(e: f64) -> String {
     }
 }
 
-fn metres(d: f64) -> String {
+pub(super) fn metres(d: f64) -> String {
     match d.abs() {
         0.0 => "none".to_owned(),
         v if v >= 1e-3 => format!("{} mm", significant(1e3 * d)),

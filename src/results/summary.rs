@@ -2,9 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::progress::significant;
+
 use crate::backend::{Outcome, State};
-use crate::oracle::{Feature, Totals};
-use crate::plan::{OriginId, Plan};
+use crate::oracle::{Crossing, Deepest, Feature, Totals};
+use crate::plan::{OriginId, Plan, Sink};
+use crate::scene::Shown;
 
 /// The version of [`Summary`]'s shape.
 pub const SCHEMA: u32 = 1;
@@ -114,8 +117,11 @@ pub struct BodyAtEnd {
 pub struct Check {
     pub message: String,
     pub passed: bool,
-    /// None where it is not a finite number.
+    /// SI; None where it is not a finite number.
     pub observed: Option<f64>,
+    /// The same as people read it: `212 m/s`.
+    #[serde(default)]
+    pub saw: String,
     /// `scene.weave:12:3`
     pub place: String,
 }
@@ -127,6 +133,18 @@ pub struct Halted {
     pub place: Option<String>,
     pub time: f64,
     pub step: u64,
+}
+
+impl Check {
+    /// `shown` is the unit that the user wrote, `place` the line of the check.
+    pub fn new(message: &str, passed: bool, observed: f64, shown: Option<&Shown>, place: String) -> Self {
+        let saw = match shown {
+            _ if !observed.is_finite() => "not a number".to_owned(),
+            Some(Shown { unit, si }) => format!("{} {unit}", significant(observed / si)),
+            None => significant(observed),
+        };
+        Self { message: message.to_owned(), passed, observed: observed.is_finite().then_some(observed), saw, place }
+    }
 }
 
 /// What the summary needs beside the plan and the outcome.
@@ -187,11 +205,9 @@ impl Summary {
             checks: outcome
                 .checks
                 .iter()
-                .map(|check| Check {
-                    message: check.message.clone(),
-                    passed: check.passed,
-                    observed: check.observed.is_finite().then_some(check.observed),
-                    place: place(plan, check.origin),
+                .map(|check| {
+                    let shown = shown(plan, check.origin);
+                    Check::new(&check.message, check.passed, check.observed, shown, place(plan, check.origin))
                 })
                 .collect(),
             halt: outcome.halt.as_ref().map(|halt| Halted {
@@ -205,10 +221,19 @@ impl Summary {
         }
     }
 
-    /// Whether the run went to its end and every `expect` holds.
+    /// Whether the run went to its end, nothing passed through what was not broken, and every `expect` holds.
     pub fn passed(&self) -> bool {
-        self.halt.is_none() && self.checks.iter().all(|check| check.passed)
+        let crossed = matches!(self.penetration, Penetration::Checked { crossings: 1.., .. });
+        self.halt.is_none() && !crossed && self.checks.iter().all(|check| check.passed)
     }
+}
+
+/// The unit of the check that stands at this origin.
+fn shown(plan: &Plan, origin: OriginId) -> Option<&Shown> {
+    plan.body.sinks.iter().find_map(|sink| match sink {
+        Sink::Expect(check) if check.origin == origin => check.shown.as_ref(),
+        _ => None,
+    })
 }
 
 fn place(plan: &Plan, origin: OriginId) -> String {
@@ -245,19 +270,36 @@ fn at_end(plan: &Plan, body: &crate::backend::BodyEnd) -> BodyAtEnd {
 
 fn penetration(plan: &Plan, state: &State, verified: Option<&Totals>) -> Penetration {
     let Some(totals) = verified else { return Penetration::NotChecked };
-    let pair = |features: [Feature; 2], time: f64| {
-        let [a, b] = features.map(|feature| name(plan, state, feature));
-        format!("{a} and {b} at {}", super::progress::seconds(time))
-    };
     Penetration::Checked {
         steps: totals.steps,
         crossings: totals.crossings,
-        first_crossing: totals.first_crossing.map(|c| pair(c.between, c.time)),
+        first_crossing: totals.first_crossing.map(|c| crossing(plan, state, &c)),
         largest_overlap: totals.deepest.map_or(0.0, |d| d.depth),
-        where_largest: totals.deepest.map(|d| pair(d.between, d.time)),
+        where_largest: totals.deepest.map(|d| pair(plan, state, d.between, d.time)),
         overlaps: totals.most_overlaps,
         compared_steps: totals.compared,
     }
+}
+
+/// `yarn 3 of ply (segment 12) and ball at 12 us, at least 0.17 mm deep`: a centreline that meets another, or enters a body,
+/// has gone through the half-thickness of its own section and of the other's.
+pub fn crossing(plan: &Plan, state: &State, found: &Crossing) -> String {
+    let half = |feature: &Feature| match feature {
+        Feature::Segment(segment) => state.half_thickness.get(segment.0 as usize).copied().unwrap_or(0.0),
+        Feature::Body(_) => 0.0,
+    };
+    let depth: f64 = found.between.iter().map(half).sum();
+    format!("{}, at least {} deep", pair(plan, state, found.between, found.time), super::report::metres(depth))
+}
+
+/// `yarn 3 of ply (segment 12) and ball at 12 us, by 0.02 mm`
+pub fn overlap(plan: &Plan, state: &State, found: &Deepest) -> String {
+    format!("{}, by {}", pair(plan, state, found.between, found.time), super::report::metres(found.depth))
+}
+
+fn pair(plan: &Plan, state: &State, between: [Feature; 2], time: f64) -> String {
+    let [a, b] = between.map(|feature| name(plan, state, feature));
+    format!("{a} and {b} at {}", super::progress::seconds(time))
 }
 
 /// A feature as a person knows it.

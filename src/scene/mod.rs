@@ -16,7 +16,7 @@ pub use fabric::{
     Strength, Threads, Weave, Yarn, YarnSize,
 };
 pub use given::{Given, How, Origin};
-pub use running::{Expect, Extents, Integrator, Picture, Precision, Probe, Record, Recorded, Run, Step, View};
+pub use running::{Expect, Extents, Integrator, Picture, Precision, Probe, Record, Recorded, Run, Shown, Step, View};
 pub use signal::{BinaryFn, PartsOp, Read, SelectStep, Selection, SelectionTerm, Signal, TimeOp, UnaryFn, Window};
 pub use solid::{Body, Mass, Shape};
 

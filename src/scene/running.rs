@@ -99,11 +99,20 @@ pub struct Probe {
     pub value: Given<Signal>,
 }
 
+/// A unit as the user writes it, and its size in SI.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Shown {
+    pub unit: String,
+    pub si: f64,
+}
+
 /// A check on results.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expect {
     /// The doc above it, or the condition as written.
     pub message: String,
     pub condition: Signal,
+    /// The unit for what stands on the left side of its comparison; None for a plain number.
+    pub shown: Option<Shown>,
     pub origin: Origin,
 }

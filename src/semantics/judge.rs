@@ -130,6 +130,7 @@ impl<'t> File<'t> {
         }
         for (item, condition) in checks {
             if left_out {
+                e.tell_left_out(condition.span);
                 continue;
             }
             if let Some(expect) = e.judge_expect(scope, item, condition) {
@@ -254,6 +255,7 @@ impl<'t> Elaborator<'t> {
         let text = self.written(condition.span);
         let message = item.doc.as_ref().map_or(text, |doc| doc.text.trim().to_owned());
         let origin = Origin { span: condition.span, how: self.scope(scope).how };
+        let written = condition;
         let condition = match value {
             Value::Signal(signal) => signal.signal.clone(),
             Value::Truth(truth) => {
@@ -265,7 +267,15 @@ impl<'t> Elaborator<'t> {
             }
             _ => return None,
         };
-        Some(Expect { message, condition, origin })
+        let shown = self.unit_shown(&Env::new(scope), written);
+        Some(Expect { message, condition, shown, origin })
+    }
+
+    /// W0907: `--case` leaves out what a check reads.
+    fn tell_left_out(&mut self, span: Span) {
+        let message = "not judged: `--case` leaves out cases that this check reads";
+        let problem = Diagnostic::warning("W0907", message, span, "reads several cases");
+        self.tell(problem.note("run the file without `--case` to have it judged"));
     }
 
     /// The text of a span.

@@ -13,6 +13,7 @@ pub mod kinds;
 pub mod lower;
 pub mod modules;
 pub mod nearest;
+mod shown;
 pub mod signal_ops;
 pub mod types;
 pub mod units;

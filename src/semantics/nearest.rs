@@ -8,11 +8,22 @@ const MOST: usize = 5000;
 /// The candidate nearest to a misspelt name, if one is near enough to be meant: equal but for case, or at most one slip
 /// (a letter wrong, missing, extra, or two swapped) for every three letters.
 pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let count = name.chars().take(LONGEST + 1).count();
+    within(name, candidates, count / 3 + usize::from(count == 2))
+}
+
+/// The same inside a module, where the few names are all of one sort and two slips for every five letters may pass:
+/// `weaves.plane` can mean `plain` alone.
+pub fn nearest_inside<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str> + Clone) -> Option<&'a str> {
+    let count = name.chars().take(LONGEST + 1).count();
+    nearest(name, candidates.clone()).or_else(|| within(name, candidates, 2 * count / 5))
+}
+
+fn within<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>, allowed: usize) -> Option<&'a str> {
     let letters: Vec<char> = name.chars().take(LONGEST + 1).collect();
     if letters.is_empty() || letters.len() > LONGEST {
         return None;
     }
-    let allowed = letters.len() / 3 + usize::from(letters.len() == 2);
     let mut best: Option<(usize, usize, &str)> = None;
     for candidate in candidates.into_iter().take(MOST).filter(|candidate| *candidate != name) {
         let other: Vec<char> = candidate.chars().take(LONGEST + 1).collect();
@@ -56,6 +67,9 @@ mod tests {
     fn finds_the_name_that_was_meant() {
         let fields = ["position", "velocity", "density", "mass", "sett", "size"];
         assert_eq!(nearest("postion", fields), Some("position"));
+        assert_eq!(nearest("plane", ["plain", "satin_5"]), None);
+        assert_eq!(nearest_inside("plane", ["plain", "satin_5"]), Some("plain"));
+        assert_eq!(nearest_inside("linen", ["plain", "satin_5"]), None);
         assert_eq!(nearest("velcoity", fields), Some("velocity"));
         assert_eq!(nearest("Mass", fields), Some("mass"));
         assert_eq!(nearest("set", fields), Some("sett"));

@@ -116,12 +116,8 @@ impl<'a> Maker<'a> {
         self.diagnostics.push(found);
     }
 
-    /// The first line of a block up to its brace: enough to find it.
     fn headline(&self, block: Span) -> Span {
-        let text = self.sources.text(block);
-        let line = text.lines().next().unwrap_or_default();
-        let head = if text.contains('\n') { line.trim_end_matches(['{', ' ']) } else { line };
-        Span { end: block.start + head.len() as u32, ..block }
+        self.sources.headline(block)
     }
 
     fn run_item(&mut self) -> Option<(&'a Item, &'a Run)> {
@@ -163,8 +159,17 @@ impl<'a> Maker<'a> {
 
     /// Takes a value into the plan: lists it under its path with its text and origin.
     fn take<T>(&mut self, path: impl Into<String>, given: &Given<T>, text: impl Into<String>) -> OriginId {
+        let (path, text) = (path.into(), text.into());
+        // One yarn that is both warp and weft is one yarn.
+        let same = |taken: &&Taken| {
+            let known = &self.origins[taken.origin.0 as usize];
+            taken.path == path && taken.text == text && (known.span, known.how) == (given.origin.span, given.origin.how)
+        };
+        if let Some(taken) = self.body.taken.iter().find(same) {
+            return taken.origin;
+        }
         let origin = self.origin(given.origin);
-        self.body.taken.push(Taken { path: path.into(), text: text.into(), origin });
+        self.body.taken.push(Taken { path, text, origin });
         origin
     }
 

@@ -1,7 +1,7 @@
 //! What leaves the run: probes, frames, pictures, checks, and the watch that can stop it.
 
 use crate::diagnostics::Diagnostic;
-use crate::plan::{Check, DomainId, Format, PictureView, Sink};
+use crate::plan::{Check, DomainId, Format, PictureView, Sink, across};
 use crate::scene::{Extents, Item, ItemBody, Picture, Probe, Record, Recorded, Run, Selection, View};
 
 use super::Maker;
@@ -31,12 +31,33 @@ impl Maker<'_> {
         for expect in &scene.expects {
             let tape = self.tape(format!("expect {}", expect.message), &expect.condition);
             let origin = self.origin(expect.origin);
-            self.body.sinks.push(Sink::Expect(Check { message: expect.message.clone(), tape, origin }));
+            let shown = expect.shown.clone();
+            self.body.sinks.push(Sink::Expect(Check { message: expect.message.clone(), tape, shown, origin }));
         }
+        self.results_for_others();
         let origin = self.written(run.gravity.span());
         // The aim is 1e-3 and the table says what was reached; ten times that means that the run has gone wrong.
         self.body.sinks.push(Sink::Watch { limit: 1e-2, what: "energy closure".into(), origin });
         self.body.sinks.push(Sink::Checkpoint { wall_seconds: CHECKPOINT });
+    }
+
+    /// What checks over several cases read of this one.
+    fn results_for_others(&mut self) {
+        let (scene, program) = (self.scene, self.program);
+        let Some(here) = program.cases.iter().position(|case| std::ptr::eq(&case.scene, scene)) else { return };
+        for expect in &program.expects {
+            let Some(wanted) = across::wanted(expect) else {
+                let message = "this check mixes the times of two cases";
+                let found = Diagnostic::error("E0852", message, expect.origin.span, "inside one reduction over time")
+                    .note("Reduce each case by itself: `final(a.ball.speed) - final(b.ball.speed)`.");
+                self.diagnostics.push(found);
+                continue;
+            };
+            for result in wanted.iter().filter(|result| result.case.0 as usize == here) {
+                let tape = self.tape(format!("a result for: {}", expect.message), &result.signal);
+                self.body.sinks.push(Sink::Result { tape });
+            }
+        }
     }
 
     fn probe(&mut self, item: &Item, probe: &Probe) {

@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use super::{World, nearest};
+use super::{World, nearest, nearest_inside};
 use crate::diagnostics::{Diagnostic, Span};
 use crate::scene::Selection;
 use crate::semantics::signal_ops::{axis, component};
@@ -93,7 +93,9 @@ fn unknown(world: &dyn World, of: &Value, name: &str, span: Span) -> Diagnostic 
         other => describe_value(world, other),
     };
     let diagnostic = Diagnostic::error("E0210", format!("{called} has no `{name}`"), span, "no such member");
-    match nearest(name, known.iter().map(String::as_str)) {
+    let names = known.iter().map(String::as_str);
+    let near = if matches!(of, Value::Module(_)) { nearest_inside(name, names) } else { nearest(name, names) };
+    match near {
         Some(near) => diagnostic.note(format!("did you mean `{near}`?")).fix(format!("write `{near}`"), span, near),
         None if known.is_empty() || known.len() > 24 => diagnostic,
         None => diagnostic.note(format!("it has {}", known.join(", "))),

@@ -23,7 +23,7 @@ mod world;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-pub use super::nearest::nearest;
+pub use super::nearest::{nearest, nearest_inside};
 pub use calls::{apply, look_over};
 pub use lists::{elements, index};
 pub use members::member;
