@@ -3,13 +3,17 @@
 //! A recipe is plan data; unfolding it is a pure function. Material coordinates are those of the piece as cut: x along
 //! the weft, y along the warp where the grain is zero, and they alone say what is unstrained.
 
+mod catenary;
 mod disc;
 mod gore;
 mod grid;
+mod line;
 mod polygon;
 mod ring;
 mod rows;
 mod strip;
+
+pub use line::{LineError, straight_length, unfold_line};
 
 use std::collections::BTreeMap;
 
