@@ -5,6 +5,7 @@ pub mod cpu;
 mod frame;
 mod ledger;
 mod observe;
+pub mod solve;
 mod state;
 mod tape;
 
