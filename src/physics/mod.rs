@@ -6,6 +6,7 @@ pub mod breaking;
 pub mod contact;
 pub mod draw;
 pub mod gershgorin;
+pub mod net;
 pub mod rigid;
 pub mod section_frame;
 mod state;

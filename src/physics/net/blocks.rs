@@ -1,0 +1,147 @@
+//! Blocks of the net: stretches of nodes with all elements that touch them, in numbers of their own.
+//!
+//! A block computes every element at its nodes anew, also those it shares, and keeps the forces on its own nodes alone:
+//! blocks write nothing in common, and the order of every sum is that of the elements, not of the threads.
+
+use std::ops::Range;
+
+use super::bar::Bar;
+use super::membrane::Springs;
+use super::sets::{BarSet, FormSet, TriangleSet};
+
+/// One stretch of nodes. Local numbers: own nodes in order, then the halo.
+#[derive(Clone, Debug, Default)]
+pub struct Block {
+    pub nodes: Range<u32>,
+    /// Net nodes of other blocks that its elements reach, rising.
+    pub halo: Vec<u32>,
+    pub triangles: Vec<Triangles>,
+    pub bars: Vec<Bars>,
+    pub forms: Vec<Form>,
+}
+
+/// Triangles of one set in a block: first those whose first corner is a node of the block, which enter its sums.
+#[derive(Clone, Debug)]
+pub struct Triangles {
+    pub set: u32,
+    pub owned: usize,
+    pub nodes: Vec<[u32; 3]>,
+    pub springs: Vec<Springs>,
+    pub relaxation: Vec<f64>,
+}
+
+#[derive(Clone, Debug)]
+pub struct Bars {
+    pub set: u32,
+    pub owned: usize,
+    pub nodes: Vec<[u32; 2]>,
+    pub bars: Vec<Bar>,
+}
+
+#[derive(Clone, Debug)]
+pub struct Form {
+    pub set: u32,
+    pub rows: Vec<u32>,
+    pub first: Vec<u32>,
+    pub columns: Vec<u32>,
+    pub weight: Vec<f64>,
+}
+
+/// Elements that touch each block, those it owns first; both in rising order.
+fn shared_out<const N: usize>(nodes: &[[u32; N]], size: u32, blocks: usize) -> Vec<[Vec<u32>; 2]> {
+    let mut of_block = vec![[const { Vec::new() }; 2]; blocks];
+    for (element, corners) in nodes.iter().enumerate() {
+        let home = corners[0] / size;
+        of_block[home as usize][0].push(element as u32);
+        for (k, corner) in corners.iter().enumerate() {
+            let other = corner / size;
+            let seen = corners[..k].iter().any(|c| c / size == other);
+            if other != home && !seen {
+                of_block[other as usize][1].push(element as u32);
+            }
+        }
+    }
+    of_block
+}
+
+/// Cuts `count` nodes into blocks of `size` and gives each its elements.
+pub fn cut(count: usize, size: usize, triangles: &[TriangleSet], bars: &[BarSet], forms: &[FormSet]) -> Vec<Block> {
+    let size32 = size as u32;
+    let blocks = count.div_ceil(size);
+    let mut made: Vec<Block> = (0..blocks)
+        .map(|b| Block { nodes: (b * size) as u32..((b + 1) * size).min(count) as u32, ..Block::default() })
+        .collect();
+    for (set, triangles) in triangles.iter().enumerate().filter(|(_, set)| !set.springs.is_empty()) {
+        for (block, [own, shared]) in made.iter_mut().zip(shared_out(&triangles.nodes, size32, blocks)) {
+            let owned = own.len();
+            let list: Vec<usize> = own.into_iter().chain(shared).map(|e| e as usize).collect();
+            if list.is_empty() {
+                continue;
+            }
+            let relaxation = if triangles.relaxation.is_empty() { vec![] } else { pick(&triangles.relaxation, &list) };
+            block.triangles.push(Triangles {
+                set: set as u32,
+                owned,
+                nodes: pick(&triangles.nodes, &list),
+                springs: pick(&triangles.springs, &list),
+                relaxation,
+            });
+        }
+    }
+    for (set, bars) in bars.iter().enumerate() {
+        for (block, [own, shared]) in made.iter_mut().zip(shared_out(&bars.nodes, size32, blocks)) {
+            let owned = own.len();
+            let list: Vec<usize> = own.into_iter().chain(shared).map(|e| e as usize).collect();
+            if !list.is_empty() {
+                let (nodes, bars) = (pick(&bars.nodes, &list), pick(&bars.bars, &list));
+                block.bars.push(Bars { set: set as u32, owned, nodes, bars });
+            }
+        }
+    }
+    for (set, form) in forms.iter().enumerate() {
+        for block in &mut made {
+            let from = form.rows.partition_point(|row| *row < block.nodes.start);
+            let to = form.rows.partition_point(|row| *row < block.nodes.end);
+            if from < to {
+                let (begin, end) = (form.first[from], form.first[to]);
+                block.forms.push(Form {
+                    set: set as u32,
+                    rows: form.rows[from..to].to_vec(),
+                    first: form.first[from..=to].iter().map(|f| f - begin).collect(),
+                    columns: form.columns[begin as usize..end as usize].to_vec(),
+                    weight: form.weight[begin as usize..end as usize].to_vec(),
+                });
+            }
+        }
+    }
+    made.iter_mut().for_each(localise);
+    made
+}
+
+fn pick<T: Copy>(from: &[T], list: &[usize]) -> Vec<T> {
+    list.iter().map(|e| from[*e]).collect()
+}
+
+/// Finds the halo and turns net numbers into the block's own.
+fn localise(block: &mut Block) {
+    let own = block.nodes.clone();
+    let mut halo = Vec::new();
+    let mut seen = |n: &u32| {
+        if !own.contains(n) {
+            halo.push(*n);
+        }
+    };
+    block.triangles.iter().for_each(|t| t.nodes.as_flattened().iter().for_each(&mut seen));
+    block.bars.iter().for_each(|b| b.nodes.as_flattened().iter().for_each(&mut seen));
+    block.forms.iter().for_each(|f| f.columns.iter().for_each(&mut seen));
+    halo.sort_unstable();
+    halo.dedup();
+    let count = own.end - own.start;
+    let local = |n: &mut u32| {
+        *n = if own.contains(n) { *n - own.start } else { count + halo.partition_point(|h| h < n) as u32 };
+    };
+    block.triangles.iter_mut().for_each(|t| t.nodes.as_flattened_mut().iter_mut().for_each(local));
+    block.bars.iter_mut().for_each(|b| b.nodes.as_flattened_mut().iter_mut().for_each(local));
+    block.forms.iter_mut().for_each(|f| f.columns.iter_mut().chain(&mut f.rows).for_each(local));
+    block.halo = halo;
+}

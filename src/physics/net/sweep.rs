@@ -1,0 +1,181 @@
+//! The loops over a block's elements: positions copied in, forces added up in the block's own order.
+
+use glam::DVec3;
+
+use super::PartSums;
+use super::bar::{self, BOTH, COMPRESSION, TENSION, Way};
+use super::blocks::{Bars, Block, Form, Triangles};
+use super::elements::Sets;
+
+/// What a block works on: local positions, velocities (empty where nothing damps) and forces.
+#[derive(Debug, Default)]
+pub struct Scratch {
+    pub x: Vec<DVec3>,
+    pub v: Vec<DVec3>,
+    /// Elastic, N.
+    pub f: Vec<DVec3>,
+    /// Of damping, N; empty where nothing damps.
+    pub damping: Vec<DVec3>,
+}
+
+impl Scratch {
+    /// Own nodes, then the halo. Allocates only while it is smaller than the largest block.
+    fn load(&mut self, block: &Block, position: &[DVec3], velocity: &[DVec3], damped: bool) {
+        let own = block.nodes.start as usize..block.nodes.end as usize;
+        let fill = |to: &mut Vec<DVec3>, from: &[DVec3]| {
+            to.clear();
+            to.extend_from_slice(&from[own.clone()]);
+            to.extend(block.halo.iter().map(|n| from[*n as usize]));
+        };
+        let clear = |to: &mut Vec<DVec3>, count: usize| {
+            to.clear();
+            to.resize(count, DVec3::ZERO);
+        };
+        fill(&mut self.x, position);
+        clear(&mut self.f, self.x.len());
+        self.v.clear();
+        self.damping.clear();
+        if damped {
+            fill(&mut self.v, velocity);
+            clear(&mut self.damping, self.x.len());
+        }
+    }
+}
+
+/// Adds up all forces of a block in `scratch` and its sums, one for each of its lists in their order.
+pub fn sweep(
+    block: &Block,
+    sets: &Sets,
+    position: &[DVec3],
+    velocity: &[DVec3],
+    scratch: &mut Scratch,
+    sums: &mut [PartSums],
+) {
+    scratch.load(block, position, velocity, sets.damped);
+    let mut sums = sums.iter_mut();
+    let mut next = |made: PartSums| {
+        if let Some(sum) = sums.next() {
+            *sum = made;
+        }
+    };
+    for triangles in &block.triangles {
+        next(if triangles.relaxation.is_empty() {
+            stretch(triangles, scratch)
+        } else {
+            stretch_damped(triangles, scratch)
+        });
+    }
+    for bars in &block.bars {
+        let set = &sets.bars[bars.set as usize];
+        let loops = match (set.way, set.damped) {
+            (Way::Both, false) => pull::<BOTH, false>,
+            (Way::Both, true) => pull::<BOTH, true>,
+            (Way::Tension, false) => pull::<TENSION, false>,
+            (Way::Tension, true) => pull::<TENSION, true>,
+            (Way::Compression, false) => pull::<COMPRESSION, false>,
+            (Way::Compression, true) => pull::<COMPRESSION, true>,
+        };
+        next(loops(bars, set.ratio, set.strength, scratch));
+    }
+    for form in &block.forms {
+        next(bend(form, scratch));
+    }
+}
+
+fn stretch(triangles: &Triangles, scratch: &mut Scratch) -> PartSums {
+    let x = &scratch.x[..];
+    let f = &mut scratch.f[..x.len()];
+    let mut sums = PartSums::default();
+    let mut strain = f64::NEG_INFINITY;
+    let mut run = |nodes: &[[u32; 3]], springs: &[super::membrane::Springs], own: bool| {
+        for (&[a, b, c], springs) in nodes.iter().zip(springs) {
+            let [a, b, c] = [a as usize, b as usize, c as usize];
+            let pull = springs.pull::<false>([x[a], x[b], x[c]], [DVec3::ZERO; 3], 0.0);
+            f[a] += pull.force[0];
+            f[b] += pull.force[1];
+            f[c] += pull.force[2];
+            if own {
+                sums.stored += pull.stored;
+                strain = strain.max(pull.strain);
+            }
+        }
+    };
+    let (own, shared) = triangles.nodes.split_at(triangles.owned);
+    run(own, &triangles.springs[..own.len()], true);
+    run(shared, &triangles.springs[own.len()..], false);
+    sums.largest_strain = 0.5 * strain;
+    sums
+}
+
+fn stretch_damped(triangles: &Triangles, scratch: &mut Scratch) -> PartSums {
+    let x = &scratch.x[..];
+    let v = &scratch.v[..x.len()];
+    let f = &mut scratch.f[..x.len()];
+    let lag = &mut scratch.damping[..x.len()];
+    let mut sums = PartSums::default();
+    let mut strain = f64::NEG_INFINITY;
+    let each = triangles.nodes.iter().zip(&triangles.springs).zip(&triangles.relaxation);
+    for (element, ((&[a, b, c], springs), relaxation)) in each.enumerate() {
+        let [a, b, c] = [a as usize, b as usize, c as usize];
+        let pull = springs.pull::<true>([x[a], x[b], x[c]], [v[a], v[b], v[c]], *relaxation);
+        for (node, (force, damping)) in [a, b, c].into_iter().zip(pull.force.into_iter().zip(pull.lag)) {
+            f[node] += force;
+            lag[node] += damping;
+        }
+        if element < triangles.owned {
+            sums.stored += pull.stored;
+            sums.damping += pull.damping;
+            strain = strain.max(pull.strain);
+        }
+    }
+    sums.largest_strain = 0.5 * strain;
+    sums
+}
+
+fn pull<const WAY: u8, const DAMPED: bool>(bars: &Bars, ratio: f64, strength: f64, scratch: &mut Scratch) -> PartSums {
+    let x = &scratch.x[..];
+    let v = &scratch.v[..];
+    let f = &mut scratch.f[..x.len()];
+    let lag = &mut scratch.damping[..];
+    let mut sums = PartSums::default();
+    let mut strain = f64::NEG_INFINITY;
+    let hauled = 1.0 / ratio;
+    for (element, (&[a, b], bar)) in bars.nodes.iter().zip(&bars.bars).enumerate() {
+        let [a, b] = [a as usize, b as usize];
+        let bar = bar::Bar { rest: bar.rest * ratio, stiffness: bar.stiffness * hauled, ..*bar };
+        let dv = if DAMPED { v[b] - v[a] } else { DVec3::ZERO };
+        let pull = bar.pull::<WAY, DAMPED>(x[b] - x[a], dv);
+        f[a] += pull.force;
+        f[b] -= pull.force;
+        if DAMPED {
+            lag[a] += pull.lag;
+            lag[b] -= pull.lag;
+        }
+        if element < bars.owned {
+            sums.stored += pull.stored;
+            sums.damping += pull.damping;
+            strain = strain.max(pull.strain);
+        }
+    }
+    sums.over = strain >= strength;
+    sums.largest_strain = strain;
+    sums
+}
+
+/// fᵢ = −Σ Kᵢⱼ(xⱼ − xᵢ): differences, so that a shift stores and moves nothing to the last bit.
+fn bend(form: &Form, scratch: &mut Scratch) -> PartSums {
+    let x = &scratch.x[..];
+    let f = &mut scratch.f[..x.len()];
+    let mut stored = 0.0;
+    for (row, ends) in form.rows.iter().zip(form.first.windows(2)) {
+        let (i, entries) = (*row as usize, ends[0] as usize..ends[1] as usize);
+        let mut sum = DVec3::ZERO;
+        for (column, weight) in form.columns[entries.clone()].iter().zip(&form.weight[entries]) {
+            let d = x[*column as usize] - x[i];
+            sum -= d * *weight;
+            stored -= weight * d.length_squared();
+        }
+        f[i] += sum;
+    }
+    PartSums { stored: 0.25 * stored, largest_strain: f64::NEG_INFINITY, ..PartSums::default() }
+}
