@@ -139,3 +139,17 @@ fn a_code_that_is_far_from_all_gets_no_guess() {
     let near = ripstop(&["explain", "E0313"], Path::new("."));
     assert!(err(&near).contains("did you mean E0312?"), "{}", err(&near));
 }
+
+#[test]
+fn one_of_an_indexed_case_can_be_asked_for() {
+    let folder = Folder::new("index");
+    folder.scene("case shot[i] for i in 1 .. 2 { speed = i * 100 m/s }\ncase alone { }\n");
+    let plan = |case: &str| ripstop(&["plan", "scene.weave", "--case", case], &folder.0);
+    let titles = |case: &str| out(&plan(case)).lines().filter(|line| line.starts_with("plan: ")).count();
+    assert_eq!((titles("shot"), titles("shot[1]"), titles("alone")), (2, 1, 1));
+    assert!(out(&plan("shot[1]")).contains("case shot[1]"));
+    let beyond = plan("shot[2]");
+    assert_eq!(beyond.status.code(), Some(1));
+    assert!(err(&beyond).contains("they are shot[0] to shot[1]; `--case shot` runs all 2"), "{}", err(&beyond));
+    assert!(err(&plan("alone[0]")).contains("the case `alone` has no index: write `--case alone`"));
+}

@@ -153,7 +153,8 @@ impl<'p> Recorder<'p> {
         let count = self.counts.entry(sink).or_default();
         let file = format!("{}_{:03}.png", file_name(name), *count);
         *count += 1;
-        let image = draw(frame, *view, &style(self.plan));
+        let [width, height] = size(frame);
+        let image = draw(frame, *view, &Style { width, height, ..style(self.plan) });
         self.folder.inner("pictures")?.write(&file, &image.to_png()?)?;
         self.files.push(format!("pictures/{file}"));
         Ok(())
@@ -199,6 +200,14 @@ fn tables(frame: &Frame) -> Vec<(&str, String)> {
         frame.sheets.iter().map(|sheet| (sheet.name.as_str(), frames::node_table(&sheet.position, &sheet.velocity)));
     let lines = frame.lines.iter().map(|line| (line.name.as_str(), frames::node_table(&line.position, &line.velocity)));
     chains.chain(sheets).chain(lines).collect()
+}
+
+/// Pixels across: sixteen a yarn and one a triangle, from 800 × 600 to 1280 × 960, so that a small scene does not pay for a large one's picture.
+fn size(frame: &Frame) -> [usize; 2] {
+    let yarns: usize = frame.chains.iter().map(|chain| chain.yarns.len()).sum();
+    let faces: usize = frame.sheets.iter().map(|sheet| sheet.triangles.len()).sum();
+    let width = (16 * yarns + faces).clamp(800, 1280);
+    [width, width * 3 / 4]
 }
 
 /// The scale runs to just over the strain at which the yarns break, the same in every picture of a run.

@@ -42,8 +42,9 @@ pub fn cases<'t>(items: &'t [Item], only: Option<&str>, diagnostics: &mut Vec<Di
             bodies: bodies(block, &raw, &by_name, diagnostics, 0),
         })
         .collect();
-    if let Some(only) = only
-        && !by_name.contains_key(only)
+    let wanted = only.map(|only| pick(only).0);
+    if let (Some(only), Some(name)) = (only, wanted)
+        && !by_name.contains_key(name)
     {
         let problem = Diagnostic::placeless("E0518", Severity::Error, format!("the file has no case `{only}`"));
         diagnostics.push(match raw.is_empty() {
@@ -51,7 +52,22 @@ pub fn cases<'t>(items: &'t [Item], only: Option<&str>, diagnostics: &mut Vec<Di
             false => problem.note(format!("the cases are {}", names(&raw))),
         });
     }
-    in_order(cases, only.and_then(|only| by_name.get(only).copied()), &by_name, diagnostics)
+    if let (Some(only), Some((name, Some(_)))) = (only, only.map(pick))
+        && cases.iter().any(|case| case.name.text == name && case.index.is_none())
+    {
+        let problem = Diagnostic::placeless("E0518", Severity::Error, format!("the file has no case `{only}`"));
+        diagnostics.push(problem.note(format!("the case `{name}` has no index: write `--case {name}`")));
+    }
+    in_order(cases, wanted.and_then(|name| by_name.get(name).copied()), &by_name, diagnostics)
+}
+
+/// `--case shot[1]`: the case's name, and which of an indexed one.
+pub fn pick(only: &str) -> (&str, Option<usize>) {
+    let indexed = only.strip_suffix(']').and_then(|open| open.split_once('['));
+    match indexed.and_then(|(name, index)| Some((name, index.trim().parse().ok()?))) {
+        Some((name, index)) => (name, Some(index)),
+        None => (only, None),
+    }
 }
 
 type Named<'t> = (&'t tree::Name, &'t tree::Block, Span);

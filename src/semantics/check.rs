@@ -362,7 +362,23 @@ impl<'t> File<'t> {
             let e = &mut self.elaborator;
             let value = eval::evaluate(e, &Env::new(base), &index.over);
             let elements = eval::elements(e, &value, index.over.span).unwrap_or_default();
+            let count = elements.len();
+            let wanted = self.options.case.as_deref().map(cases::pick);
+            let wanted = wanted.filter(|(name, _)| *name == case.name.text).and_then(|(_, index)| index);
+            if let Some(index) = wanted
+                && index >= count
+            {
+                let name = &case.name.text;
+                let message = format!("there is no case `{name}[{index}]`");
+                let problem = Diagnostic::placeless("E0518", Severity::Error, message);
+                let note =
+                    format!("they are {name}[0] to {name}[{}]; `--case {name}` runs all {count}", count.max(1) - 1);
+                self.elaborator.tell(problem.note(note));
+            }
             for (k, element) in elements.into_iter().enumerate() {
+                if wanted.is_some_and(|index| index != k && index < count) {
+                    continue;
+                }
                 all.push((format!("{}[{k}]", case.name.text).into(), i, Some(element)));
             }
         }

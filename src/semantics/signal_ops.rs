@@ -1,6 +1,8 @@
 //! Signals: plain values and vectors lifted to trees that are evaluated once a step, and what may be said of them
 //! before the run.
 
+use std::rc::Rc;
+
 use super::types::constant;
 use super::value::{Dimension, SignalValue, Value};
 use crate::scene::{BinaryFn, Signal, TimeOp, UnaryFn, Window};
@@ -10,11 +12,24 @@ use crate::scene::{BinaryFn, Signal, TimeOp, UnaryFn, Window};
 pub fn as_signal(value: &Value) -> Option<SignalValue> {
     match value {
         Value::Signal(signal) => Some(signal.as_ref().clone()),
-        Value::List(elements) if elements.len() == 3 => {
+        Value::List(elements) if elements.len() == 3 && !are_of_parts(elements) => {
             let parts: Vec<SignalValue> = elements.iter().map(as_signal).collect::<Option<_>>()?;
             vector(parts.try_into().ok()?, elements)
         }
         other => constant(other),
+    }
+}
+
+/// Whether a list holds the outputs of the parts of an array, of which three are no vector.
+pub fn are_of_parts(elements: &[Value]) -> bool {
+    elements.iter().any(|element| matches!(element, Value::Signal(signal) if signal.of_part))
+}
+
+/// The value as that of one part of an array.
+pub fn of_part(value: Value) -> Value {
+    match value {
+        Value::Signal(signal) => Value::Signal(Rc::new(SignalValue { of_part: true, ..signal.as_ref().clone() })),
+        other => other,
     }
 }
 

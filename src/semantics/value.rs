@@ -207,11 +207,13 @@ pub struct SignalValue {
     pub truth: bool,
     /// Always a whole number (a count), so that `==` may ask about it.
     pub whole: bool,
+    /// One of many: the output of one part of an array. Three of these are no vector.
+    pub of_part: bool,
 }
 
 impl SignalValue {
     pub fn number(signal: Signal, dimension: Dimension) -> Self {
-        Self { signal, dimension, vector: false, truth: false, whole: false }
+        Self { signal, dimension, vector: false, truth: false, whole: false, of_part: false }
     }
 
     pub fn count(signal: Signal) -> Self {

@@ -44,6 +44,9 @@ pub struct Hit {
 /// Fixed-point rounds: the stretch is short, so the section at the hit is found to a thousandth of a pixel in three.
 const ROUNDS: usize = 3;
 
+/// A section that moved less than this part of the piece is the one that the ray meets.
+const SETTLED: f64 = 1e-3;
+
 /// How far beyond its ends a piece still answers, as a part of its length: closes hairline gaps at joints.
 const JOINT: f64 = 2e-3;
 
@@ -107,9 +110,13 @@ impl Piece {
             if run <= 0.0 {
                 return None;
             }
-            s = s.clamp(-0.2, 1.2) + (at - centre).dot(tangent) / run;
+            let moved = (at - centre).dot(tangent) / run;
+            s = s.clamp(-0.2, 1.2) + moved;
             let (x, y) = (x + distance * dx, y + distance * dy);
             found = (discriminant >= 0.0).then(|| (distance, x / b * n + y / a * w));
+            if moved.abs() < SETTLED {
+                break;
+            }
         }
         let (distance, normal) = found?;
         if !(-JOINT..=1.0 + JOINT).contains(&s) {

@@ -41,7 +41,7 @@ impl<'t> Elaborator<'t> {
             Value::Item(item) => self.item_member(item, name, span),
             Value::Object(object) => match object.fields.get(name) {
                 Some(slot) => Some(slot.value.clone()),
-                None => self.worked_out(object, name),
+                None => self.worked_out(object, name, span),
             },
             Value::Template(template) => {
                 let id = self.make_component(template, template.name.clone(), span, Vec::new(), None);
@@ -130,12 +130,12 @@ impl<'t> Elaborator<'t> {
     fn output(&mut self, item: &ItemRef, field: &Field, span: Span) -> Value {
         // What a study or calibration finds is known once it can run.
         if super::expand::ABOUT_FILE.iter().any(|kind| self.kinds.descends(&item.kind, kind)) {
-            return Value::Poison;
+            return self.waiting(&item.kind, &item.name, &field.name, span);
         }
         let Some((dimension, form)) = self.output_shape(&field.ty) else {
             return match place_like(&field.ty) {
                 true => selection(item, &field.name, span),
-                false => Value::Poison,
+                false => self.waiting(&item.kind, &item.name, &field.name, span),
             };
         };
         let vector = form == Form::Vector;
@@ -154,6 +154,23 @@ impl<'t> Elaborator<'t> {
             Form::Count => SignalValue::count(signal),
             Form::Number => SignalValue::number(signal, dimension),
         }))
+    }
+
+    /// An output that nothing can work out yet, said at its place: a warning where its kind waits too (the scene is refused
+    /// at the kind), else an error.
+    fn waiting(&mut self, kind: &str, of: &str, output: &str, span: Span) -> Value {
+        let what = if of.is_empty() { output.to_owned() } else { format!("{of}.{output}") };
+        let until = self.kinds.get(kind).and_then(|kind| self.kinds.reserved(kind)).map(str::to_owned);
+        let told = self.diagnostics.iter().any(|d| d.span() == Some(span) && matches!(d.code.0, "W0450" | "E0416"));
+        match until {
+            _ if told => {}
+            Some(until) => self.not_available(&what, &until, span),
+            None => {
+                let message = format!("`{what}` is not available yet");
+                self.tell(Diagnostic::error("E0416", message, span, "nothing works this out so far"));
+            }
+        }
+        Value::Poison
     }
 
     /// Dimension and form of an output's type; None where it is no number.
@@ -215,7 +232,8 @@ impl<'t> Elaborator<'t> {
             return Value::Poison;
         }
         if name == "quartic" {
-            return Value::Poison;
+            let kind = instance.map(|id| self.instance(id).kind.name.clone());
+            return self.waiting(kind.as_deref().unwrap_or_default(), "", name, span);
         }
         let steps = term.path.iter().filter_map(|step| match step {
             SelectStep::Member(name) => Some(name.as_str()),
@@ -227,14 +245,13 @@ impl<'t> Elaborator<'t> {
     }
 
     /// What the compiler can work out of a material at once.
-    fn worked_out(&mut self, object: &Object, name: &str) -> Option<Value> {
+    fn worked_out(&mut self, object: &Object, name: &str, span: Span) -> Option<Value> {
         let field = self.kinds.get(&object.kind)?.field(name)?.clone();
-        let Some((dimension, _)) = self.output_shape(&field.ty) else { return Some(Value::Poison) };
-        let si = match name {
-            "area" => fibre_area(object),
-            "sound_speed" => sound_speed(object),
-            _ => None,
+        let known = self.output_shape(&field.ty).filter(|_| matches!(name, "area" | "sound_speed"));
+        let Some((dimension, _)) = known else {
+            return Some(self.waiting(&object.kind, &object.name, name, span));
         };
+        let si = if name == "area" { fibre_area(object) } else { sound_speed(object) };
         Some(si.map_or(Value::Poison, |si| Value::number(si, dimension)))
     }
 }

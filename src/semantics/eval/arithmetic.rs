@@ -291,6 +291,9 @@ pub(super) fn stand_in_of(value: &Value, signal: &SignalValue) -> Quantity {
 }
 
 fn lifted(world: &mut dyn World, op: BinaryOp, a: &Value, b: &Value, spans: Spans) -> Value {
+    if let Some(value) = each_part(world, op, a, b, spans) {
+        return value;
+    }
     let (Some(left), Some(right)) = (as_signal(a), as_signal(b)) else {
         return refuse_lift(world, op, a, b, spans);
     };
@@ -323,7 +326,32 @@ fn lifted(world: &mut dyn World, op: BinaryOp, a: &Value, b: &Value, spans: Span
         vector,
         truth: false,
         whole: shape.whole && !matches!(op, BinaryOp::Divide | BinaryOp::Power),
+        of_part: false,
     }))
+}
+
+/// An operator over the outputs of an array, part by part; None where neither side is one.
+fn each_part(world: &mut dyn World, op: BinaryOp, a: &Value, b: &Value, spans: Spans) -> Option<Value> {
+    let each: Vec<Value> = match (outputs_of_parts(a), outputs_of_parts(b)) {
+        (None, None) => return None,
+        (Some(left), Some(right)) if left.len() != right.len() => {
+            let message = format!("arrays of {} and {} parts cannot be {}", left.len(), right.len(), deed(op));
+            world.report(Diagnostic::error("E0322", message, spans.whole, "the lengths differ"));
+            return Some(Value::Poison);
+        }
+        (Some(left), Some(right)) => left.iter().zip(right).map(|(a, b)| binary(world, op, a, b, spans)).collect(),
+        (Some(left), None) => left.iter().map(|a| binary(world, op, a, b, spans)).collect(),
+        (None, Some(right)) => right.iter().map(|b| binary(world, op, a, b, spans)).collect(),
+    };
+    Some(joined(each.into_iter().map(signal_ops::of_part).collect()))
+}
+
+/// The elements of a list that is the output of every part of an array.
+fn outputs_of_parts(value: &Value) -> Option<&[Value]> {
+    match value {
+        Value::List(elements) if signal_ops::are_of_parts(elements) => Some(elements),
+        _ => None,
+    }
 }
 
 /// The same where signals take part: a list of them is the outputs of many parts.

@@ -190,5 +190,6 @@ pub(super) fn choose(world: &mut dyn World, condition: &SignalValue, a: &Value, 
     };
     let whole = left.whole && right.whole;
     let signal = Signal::If(Box::new([condition.signal.clone(), left.signal, right.signal]));
-    Value::Signal(Rc::new(SignalValue { signal, dimension, vector: left.vector, truth: left.truth, whole }))
+    let (vector, truth) = (left.vector, left.truth);
+    Value::Signal(Rc::new(SignalValue { vector, truth, whole, ..SignalValue::number(signal, dimension) }))
 }

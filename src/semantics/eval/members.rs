@@ -5,7 +5,7 @@ use std::rc::Rc;
 use super::{World, nearest, nearest_inside};
 use crate::diagnostics::{Diagnostic, Span};
 use crate::scene::Selection;
-use crate::semantics::signal_ops::{axis, component};
+use crate::semantics::signal_ops::{are_of_parts, axis, component, of_part};
 use crate::semantics::types::describe_value;
 use crate::semantics::value::{Function, Value};
 
@@ -48,7 +48,7 @@ fn in_list(world: &mut dyn World, elements: &[Value], name: &str, span: Span) ->
         Value::Signal(signal) => !signal.vector && !signal.truth,
         _ => false,
     };
-    if elements.len() == 3 && elements.iter().all(scalar) {
+    if elements.len() == 3 && elements.iter().all(scalar) && !are_of_parts(elements) {
         return axis(name).map(|axis| elements[usize::from(axis)].clone());
     }
     let has_members = |value: &Value| {
@@ -70,7 +70,7 @@ fn gathered(each: Vec<Value>) -> Value {
     for value in &each {
         match value {
             Value::Selection(selection) => terms.extend(selection.terms.iter().cloned()),
-            _ => return Value::List(each.into()),
+            _ => return Value::List(each.into_iter().map(of_part).collect()),
         }
     }
     Value::Selection(Rc::new(Selection { terms }))
@@ -81,7 +81,9 @@ fn unknown(world: &dyn World, of: &Value, name: &str, span: Span) -> Diagnostic 
         Value::Record(fields) => fields.keys().cloned().collect(),
         Value::Table(table) => table.columns.iter().map(|(name, _, _)| name.clone()).collect(),
         Value::Signal(signal) if signal.vector => ["x", "y", "z"].map(str::to_string).to_vec(),
-        Value::List(elements) if elements.len() == 3 => ["x", "y", "z"].map(str::to_string).to_vec(),
+        Value::List(elements) if elements.len() == 3 && !are_of_parts(elements) => {
+            ["x", "y", "z"].map(str::to_string).to_vec()
+        }
         Value::Number(_) | Value::Truth(_) | Value::Text(_) | Value::Signal(_) | Value::List(_) => Vec::new(),
         other => world.member_names(other),
     };

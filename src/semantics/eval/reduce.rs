@@ -163,6 +163,7 @@ fn of_signal(world: &mut dyn World, call: &Call, op: TimeOp, signal: &SignalValu
         vector: signal.vector,
         truth,
         whole: signal.whole && keeps_whole,
+        of_part: signal.of_part,
     }))
 }
 
@@ -258,5 +259,5 @@ fn of_parts(world: &mut dyn World, call: &Call, op: PartsOp, parts: &[SignalValu
     }
     let whole = parts.iter().all(|part| part.whole);
     let signal = Signal::Parts(op, parts.iter().map(|part| part.signal.clone()).collect());
-    Value::Signal(Rc::new(SignalValue { signal, dimension, vector, truth: false, whole }))
+    Value::Signal(Rc::new(SignalValue { whole, vector, ..SignalValue::number(signal, dimension) }))
 }

@@ -418,6 +418,14 @@ fn reductions_over_parts() {
         matches!(&signal(bench.fine("largest(ply.tension)")).signal, Signal::Parts(PartsOp::Largest, parts) if parts.len() == 1)
     );
     assert!(matches!(bench.fine("string.velocity.z"), Value::List(all) if all.len() == 3));
+    // Three parts are no vector: operators go part by part, whatever the count.
+    for text in ["sum(string.tension * 2)", "sum(2 * string[0 .. 1].tension)", "sum(string.tension - string.tension)"] {
+        let sum = signal(bench.fine(text));
+        assert!(!sum.vector && sum.dimension == bench.dimension("Force"), "{text}");
+        assert!(matches!(sum.signal, Signal::Parts(PartsOp::Sum, _)), "{text}");
+    }
+    says(bench.problem("string.tension.z"), "E0210", &["`z`"]);
+    says(bench.problem("string.tension - string[0 .. 1].tension"), "E0322", &["3 and 2"]);
     assert!(matches!(bench.fine("string[0 .. 1].tension"), Value::List(all) if all.len() == 2));
     says(bench.problem("max(string.tension)"), "E0608", &["max(largest(…))"]);
     says(bench.problem("string.tension > 3 N"), "E0608", &["sum"]);
