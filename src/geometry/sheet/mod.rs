@@ -8,13 +8,19 @@ mod disc;
 mod gore;
 mod grid;
 mod line;
+mod nominal;
 mod polygon;
 mod relax;
 mod ring;
 mod rows;
+mod seam;
 mod strip;
 
 pub use line::{LineError, straight_length, unfold_line};
+pub use nominal::{cloth_area, meshed_area, nominal_diameter, slot_area, vent_area};
+pub use seam::{
+    Foot, SeamError, Station, Unmatched, arc_lengths, feet, largest_gap, runs_backwards, seam_stations, weldable,
+};
 
 use std::collections::BTreeMap;
 
