@@ -9,6 +9,7 @@ mod gore;
 mod grid;
 mod line;
 mod nominal;
+mod outline;
 mod polygon;
 mod relax;
 mod ring;
@@ -18,6 +19,7 @@ mod strip;
 
 pub use line::{LineError, straight_length, unfold_line};
 pub use nominal::{cloth_area, meshed_area, nominal_diameter, slot_area, vent_area};
+pub use outline::cut;
 pub use seam::{
     Foot, SeamError, Station, Unmatched, arc_lengths, feet, largest_gap, runs_backwards, seam_stations, weldable,
 };
