@@ -12,6 +12,7 @@ pub mod section;
 pub mod segments;
 pub mod sheet;
 pub mod solid;
+pub mod stl;
 pub mod weave;
 pub mod wif;
 

@@ -8,12 +8,21 @@ mod disc;
 mod gore;
 mod grid;
 mod line;
+mod nominal;
+mod outline;
 mod polygon;
+mod relax;
 mod ring;
 mod rows;
+mod seam;
 mod strip;
 
 pub use line::{LineError, straight_length, unfold_line};
+pub use nominal::{cloth_area, meshed_area, nominal_diameter, slot_area, vent_area};
+pub use outline::cut;
+pub use seam::{
+    Foot, SeamError, Station, Unmatched, arc_lengths, feet, largest_gap, runs_backwards, seam_stations, weldable,
+};
 
 use std::collections::BTreeMap;
 
@@ -51,9 +60,10 @@ pub enum Mesh {
 pub enum Lay {
     /// Flat in the xy plane of its placement.
     Flat,
-    /// Gore `index` of `of` equal ones about the z axis of its placement, the vent's middle at height `height` (m). Rows
-    /// across the gore stay straight, so that edges at radius w / sin(π/of) meet the neighbour's; the middle line
-    /// goes on outwards and falls by what the length leaves over.
+    /// Gore `index` of `of` equal ones (three at least) about the z axis of its placement, the vent at height `height`
+    /// (m). They follow each other clockwise as seen from above the vent: triangles are anticlockwise from outside, and
+    /// gore i's right edge meets gore i + 1's left. Rows across stay straight, so that edges at radius w / sin(π/of)
+    /// meet the neighbour's; the middle line goes on outwards and falls by what the length leaves over.
     Ring { index: u32, of: u32, height: f64, fold: Fold },
 }
 
@@ -65,7 +75,8 @@ pub enum Fold {
     Open,
     /// Raised to a cone: the seams run at `slope` (rad) from the horizontal, the gores hang in folds between them.
     Coned { slope: f64 },
-    /// Pleated: the seams lie at `radius` (m) or less, the gores fold outwards.
+    /// Pleated: the seams lie at `radius` (m) or less, the gores fold outwards. (A gore whose edge bulges by more than the
+    /// radius cannot lie within it without strain; its seam then reaches over a little.)
     Pleated { radius: f64 },
 }
 

@@ -3,12 +3,17 @@
 
 mod fsp;
 mod mass;
+mod mesh;
 mod ogive;
+mod polyhedron;
+mod principal;
 mod profile;
 mod segment;
 
 pub use fsp::Fsp;
+pub use mesh::{MassProperties, MeshError, TriangleMesh};
 pub use ogive::Ogive;
+pub use polyhedron::{convex_hull, frustum};
 pub use segment::{SegmentContact, segment_contact};
 
 use glam::DVec3;
@@ -211,5 +216,7 @@ impl Solid {
     }
 }
 
+#[cfg(test)]
+mod mesh_tests;
 #[cfg(test)]
 mod tests;

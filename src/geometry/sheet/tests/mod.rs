@@ -1,6 +1,8 @@
+mod canopies;
 mod lines;
 mod pieces;
 mod rings;
+mod seams;
 
 use super::*;
 use std::f64::consts::PI;

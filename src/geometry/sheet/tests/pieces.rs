@@ -128,6 +128,25 @@ fn grain_turns_the_material_and_not_the_place() {
 }
 
 #[test]
+fn a_disc_cut_from_a_rectangle_is_its_inner_edge() {
+    let (sheet, hole) = (Pattern::Rectangle { size: [1.2, 0.8] }, Pattern::Disc { radius: 0.3, hole: 0.0 });
+    let pattern = cut(&sheet, &hole, 0.05).unwrap();
+    let Pattern::Polygon { holes, .. } = &pattern else { panic!("no polygon") };
+    let mesh = made(pattern.clone(), 0.05);
+    sound(&mesh).unwrap();
+    assert!((area(&mesh) - 0.96 - outline_area(&holes[0])).abs() < 1e-13);
+    let rim = &mesh.edges["inner"];
+    assert_eq!(rim.len(), 36);
+    assert!(rim.iter().all(|n| (mesh.material[*n as usize].length() - 0.3).abs() < 1e-15));
+    assert_eq!(mesh.material[rim[0] as usize], DVec2::new(0.3, 0.0));
+    let ring = cut(&Pattern::Disc { radius: 1.0, hole: 0.0 }, &hole, 0.05).unwrap();
+    assert_eq!(ring, Pattern::Disc { radius: 1.0, hole: 0.3 });
+    assert_eq!(cut(&hole, &Pattern::Disc { radius: 1.0, hole: 0.0 }, 0.05), Err(SheetError::HoleOutside));
+    let over = cut(&Pattern::Rectangle { size: [0.5, 0.8] }, &hole, 0.05).unwrap();
+    assert!(unfold(&recipe(over, 0.05, Lay::Flat)).is_err());
+}
+
+#[test]
 fn bad_pieces_are_refused_with_the_place() {
     let flat = |pattern: Pattern| unfold(&recipe(pattern, 0.1, Lay::Flat));
     let bow = vec![[0.0, 0.0], [1.0, 1.0], [2.0, 0.0], [2.0, 1.5], [0.0, 0.5]];
