@@ -6,7 +6,7 @@ use super::elements::{Elements, Sets};
 use super::membrane;
 use super::sets::{BarSet, TriangleSet};
 use crate::geometry::sheet::SheetMesh;
-use crate::plan::{CordLaw, FabricLaw};
+use crate::plan::{CordLaw, FabricLaw, MembraneLaw};
 
 /// Gathers the elements of a net.
 #[derive(Debug)]
@@ -35,9 +35,18 @@ impl Builder {
             nodes: mesh.triangles.iter().map(|t| t.map(|node| node_of[node as usize])).collect(),
             local: (0..mesh.triangles.len() as u32).collect(),
             area: mesh.triangles.iter().map(area).collect(),
+            isotropic: None,
+            modulus: 0.0,
             springs: vec![],
             relaxation: vec![],
         };
+        match law.membrane {
+            MembraneLaw::Isotropic { stiffness, poisson } => {
+                (set.isotropic, set.modulus) = (Some([stiffness, poisson]), stiffness);
+            }
+            MembraneLaw::Orthotropic { weft, warp, .. } => set.modulus = weft.min(warp),
+            MembraneLaw::Springs { .. } | MembraneLaw::Particles { .. } => {}
+        }
         if let Some(elasticity) = membrane::elasticity(&law.membrane) {
             let corners = |t: &[u32; 3]| t.map(|node| mesh.material[node as usize]);
             set.springs = mesh.triangles.iter().map(|t| membrane::springs(corners(t), elasticity)).collect();

@@ -9,6 +9,7 @@ mod blocks;
 mod bound;
 mod build;
 mod elements;
+mod fours;
 mod loads;
 pub mod membrane;
 mod sets;
@@ -47,7 +48,8 @@ pub struct PartSums {
     pub stored: f64,
     /// Power that damping takes out, W.
     pub damping: f64,
-    /// Of a line (l − L)/L; of a sheet the largest Green strain along an edge of a triangle.
+    /// Of a line (l − L)/L; of a sheet √(2W/AE), the pull along one thread system (the softer, E N/m) that stores as
+    /// much: never under the largest principal strain but in shear of a cloth that shears easily.
     pub largest_strain: f64,
     /// A segment is at or over its strength.
     pub over: bool,

@@ -13,6 +13,10 @@ pub struct TriangleSet {
     pub local: Vec<u32>,
     /// Area at rest, m².
     pub area: Vec<f64>,
+    /// Of an isotropic cloth E, ν; then its springs have a shorter form.
+    pub isotropic: Option<[f64; 2]>,
+    /// Of the softer thread system, N/m.
+    pub modulus: f64,
     /// Empty where springs of a grid carry the sheet.
     pub springs: Vec<Springs>,
     /// Time of the dashpots, s; empty without damping.
