@@ -3,7 +3,17 @@
 //! A recipe is plan data; unfolding it is a pure function. Material coordinates are those of the piece as cut: x along
 //! the weft, y along the warp where the grain is zero, and they alone say what is unstrained.
 
+mod catenary;
+mod disc;
+mod gore;
 mod grid;
+mod line;
+mod polygon;
+mod ring;
+mod rows;
+mod strip;
+
+pub use line::{LineError, straight_length, unfold_line};
 
 use std::collections::BTreeMap;
 
@@ -152,9 +162,12 @@ pub enum SheetError {
 /// # Errors
 /// See [`SheetError`].
 pub fn unfold(recipe: &SheetRecipe) -> Result<SheetMesh, SheetError> {
-    match &recipe.pattern {
-        Pattern::Rectangle { size } => grid::rectangle(recipe, *size),
-        _ => Err(SheetError::NoGrid),
+    match (&recipe.pattern, recipe.mesh) {
+        (Pattern::Rectangle { size }, _) => grid::rectangle(recipe, *size),
+        (_, Mesh::Grid) => Err(SheetError::NoGrid),
+        (Pattern::Disc { radius, hole }, _) => disc::disc(recipe, *radius, *hole),
+        (Pattern::Polygon { corners, holes }, _) => polygon::polygon(recipe, corners, holes),
+        (Pattern::Gore { length, stations }, _) => gore::gore(recipe, *length, stations),
     }
 }
 
@@ -166,3 +179,6 @@ pub fn area(mesh: &SheetMesh) -> f64 {
     };
     mesh.triangles.iter().map(of).sum()
 }
+
+#[cfg(test)]
+mod tests;

@@ -111,14 +111,34 @@ impl Bar {
         (along + (DMat3::IDENTITY - along) * across) * self.stiffness
     }
 
-    /// −∂f/∂v of the pair.
-    pub fn damping_tangent(&self, way: Way, dx: DVec3) -> DMat3 {
+    /// −∂f/∂x of the damping's force at the relative velocity `dv` (m/s), of the pair.
+    pub fn lag_tangent(&self, way: Way, dx: DVec3, dv: DVec3) -> DMat3 {
+        if !self.moves(way, dx) {
+            return DMat3::ZERO;
+        }
         let length = dx.length();
-        let active = match way {
+        let along = dx / length;
+        let across = DMat3::IDENTITY - outer(along, along);
+        (across * along.dot(dv) + outer(along, across * dv)) * (self.dashpot / length)
+    }
+
+    /// Whether the dashpot works.
+    fn moves(&self, way: Way, dx: DVec3) -> bool {
+        let length = dx.length();
+        match way {
             Way::Both => length > 0.0,
             Way::Tension => length > self.rest,
             Way::Compression => length < self.rest && length > 0.0,
-        };
-        if active { outer(dx / length, dx / length) * self.dashpot } else { DMat3::ZERO }
+        }
+    }
+
+    /// −∂f/∂v of the pair.
+    pub fn damping_tangent(&self, way: Way, dx: DVec3) -> DMat3 {
+        if self.moves(way, dx) {
+            let along = dx / dx.length();
+            outer(along, along) * self.dashpot
+        } else {
+            DMat3::ZERO
+        }
     }
 }

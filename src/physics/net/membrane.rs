@@ -191,14 +191,10 @@ impl Springs {
         let edges = edges(x);
         let answer = self.answer(self.strain(&edges));
         let slope = |a: usize| edges[a] * (2.0 * self.inverse_square[a]);
-        let mut blocks = self.material_tangent([slope(0), slope(1), slope(2)], 1.0);
+        let slopes = [slope(0), slope(1), slope(2)];
+        let mut blocks = self.form(slopes, slopes, 1.0);
         let tension = |a: usize| 2.0 * self.inverse_square[a] * answer[a];
-        let of_stress = stress_stiffness([tension(0), tension(1), tension(2)], convex);
-        for (i, row) in blocks.iter_mut().enumerate() {
-            for (j, block) in row.iter_mut().enumerate() {
-                *block += DMat3::from_diagonal(DVec3::splat(of_stress[i][j]));
-            }
-        }
+        add_scalars(&mut blocks, stress_stiffness([tension(0), tension(1), tension(2)], convex));
         blocks
     }
 
@@ -206,11 +202,24 @@ impl Springs {
     pub fn damping_tangent(&self, x: [DVec3; 3], relaxation: f64) -> [[DMat3; 3]; 3] {
         let edges = edges(x);
         let slope = |a: usize| edges[a] * (2.0 * self.inverse_square[a]);
-        self.material_tangent([slope(0), slope(1), slope(2)], relaxation)
+        let slopes = [slope(0), slope(1), slope(2)];
+        self.form(slopes, slopes, relaxation)
     }
 
-    /// scale·Σ C_ab ∂εₐ/∂xᵢ ⊗ ∂ε_b/∂xⱼ with the slopes ∂εₐ/∂eₐ.
-    fn material_tangent(&self, slope: [DVec3; 3], scale: f64) -> [[DMat3; 3]; 3] {
+    /// −∂f/∂x of the damping's force at corner velocities `v` (m/s), as blocks by corner.
+    pub fn lag_tangent(&self, x: [DVec3; 3], v: [DVec3; 3], relaxation: f64) -> [[DMat3; 3]; 3] {
+        let (edges, w) = (edges(x), edges(v));
+        let scale = |a: usize| 2.0 * self.inverse_square[a];
+        let rate = |a: usize| relaxation * scale(a) * edges[a].dot(w[a]);
+        let late = self.answer([rate(0), rate(1), rate(2)]);
+        let slopes = |of: &[DVec3; 3]| [of[0] * scale(0), of[1] * scale(1), of[2] * scale(2)];
+        let mut blocks = self.form(slopes(&edges), slopes(&w), relaxation);
+        add_scalars(&mut blocks, stress_stiffness([scale(0) * late[0], scale(1) * late[1], scale(2) * late[2]], false));
+        blocks
+    }
+
+    /// scale·Σ C_ab sₐᵢ s_bⱼ pₐ ⊗ q_b, with sₐᵢ = ∂eₐ/∂xᵢ = ±1.
+    fn form(&self, p: [DVec3; 3], q: [DVec3; 3], scale: f64) -> [[DMat3; 3]; 3] {
         let c = &self.stiffness;
         let c = [[c[0], c[5], c[4]], [c[5], c[1], c[3]], [c[4], c[3], c[2]]];
         // Corner i is the end of edge i+1 and the start of edge i+2.
@@ -219,12 +228,21 @@ impl Springs {
             for (j, block) in row.iter_mut().enumerate() {
                 for (a, sa) in [((i + 1) % 3, 1.0), ((i + 2) % 3, -1.0)] {
                     for (b, sb) in [((j + 1) % 3, 1.0), ((j + 2) % 3, -1.0)] {
-                        *block += outer(slope[a], slope[b]) * (scale * sa * sb * c[a][b]);
+                        *block += outer(p[a], q[b]) * (scale * sa * sb * c[a][b]);
                     }
                 }
             }
         }
         blocks
+    }
+}
+
+/// Adds s·1 to every block.
+fn add_scalars(blocks: &mut [[DMat3; 3]; 3], scalars: [[f64; 3]; 3]) {
+    for (row, scalars) in blocks.iter_mut().zip(scalars) {
+        for (block, scalar) in row.iter_mut().zip(scalars) {
+            *block += DMat3::from_diagonal(DVec3::splat(scalar));
+        }
     }
 }
 

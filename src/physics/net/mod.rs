@@ -14,6 +14,8 @@ pub mod membrane;
 mod sets;
 mod sweep;
 mod tangent;
+#[cfg(test)]
+mod tests;
 
 pub use bound::{Bound, line_bound, line_mass, lumped_mass, sheet_bound};
 pub use build::Builder;

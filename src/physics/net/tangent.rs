@@ -6,18 +6,27 @@ use super::elements::Elements;
 
 impl Elements {
     /// −∂f/∂x as blocks (i, j, block), those of one pair of nodes more than once where elements share it. `convex` drops
-    /// what is negative in each element, so that the sum is positive semidefinite. The change of damping's force with
-    /// position, which is not symmetric and falls with the velocity, is left out.
-    pub fn tangent(&self, position: &[DVec3], convex: bool, each: &mut dyn FnMut(u32, u32, DMat3)) {
-        let at = |n: u32| position[n as usize];
+    /// what is negative in each element, so that the sum is symmetric and positive semidefinite, and with it the change
+    /// of damping's force with position, which is neither and falls with the velocity.
+    pub fn tangent(&self, position: &[DVec3], velocity: &[DVec3], convex: bool, each: &mut dyn FnMut(u32, u32, DMat3)) {
+        let (at, moves) = (|n: u32| position[n as usize], |n: u32| velocity[n as usize]);
         for set in &self.sets.triangles {
             for (nodes, springs) in set.nodes.iter().zip(&set.springs) {
                 emit(nodes, &springs.tangent(nodes.map(at), convex), each);
             }
+            for ((nodes, springs), relaxation) in set.nodes.iter().zip(&set.springs).zip(&set.relaxation) {
+                if !convex {
+                    emit(nodes, &springs.lag_tangent(nodes.map(at), nodes.map(moves), *relaxation), each);
+                }
+            }
         }
         for set in &self.sets.bars {
             for (b, nodes) in set.nodes.iter().enumerate() {
-                pair(nodes, set.bar(b).tangent(set.way, at(nodes[1]) - at(nodes[0]), convex), each);
+                let (bar, dx) = (set.bar(b), at(nodes[1]) - at(nodes[0]));
+                pair(nodes, bar.tangent(set.way, dx, convex), each);
+                if set.damped && !convex {
+                    pair(nodes, bar.lag_tangent(set.way, dx, moves(nodes[1]) - moves(nodes[0])), each);
+                }
             }
         }
         for set in &self.sets.forms {
