@@ -15,5 +15,5 @@ pub use observe::{
     BodyEnd, Broken, ContactTotals, Finding, Halt, HaltReason, Judged, Observer, Outcome, Progress, Silent, Start,
     StepView, Timings, Value, VerifyHook,
 };
-pub use state::{ActionState, BodyState, State};
+pub use state::{ActionState, BodyState, NetState, State};
 pub use tape::{Accumulator, Memory, RunningTape};
