@@ -10,6 +10,7 @@ mod boxes;
 mod broad;
 mod candidates;
 mod chunk;
+pub mod cloth;
 mod flatten;
 mod islands;
 mod law;

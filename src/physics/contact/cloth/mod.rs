@@ -1,0 +1,173 @@
+//! Contact of sheets and lines with themselves, with each other and with rigid bodies, and of bodies with each other, by
+//! impulses between the kick and the drift of a step: rows with gaps first, then continuous tests over the step, then
+//! rigid impact zones, and at last a refusal, so that nothing ever passes.
+//!
+//! Which touches are active follows from the present state alone, and rows are sorted by the ids of their features.
+
+mod candidates;
+mod cull;
+mod features;
+mod law;
+mod narrow;
+mod response;
+mod rows;
+mod shapes;
+mod stats;
+mod step;
+mod sweep;
+mod touching;
+mod tree;
+mod zones;
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+pub use features::{FeatureError, Features, Part};
+pub use law::{ClothRule, ClothSide};
+pub use stats::{ClothContactStats, ClothSeconds, Refused};
+
+use candidates::Candidates;
+use law::Laws;
+use response::Islands;
+use rows::{Key, Rigid, Row};
+use shapes::Course;
+use sweep::{Hit, Hits};
+use touching::BodyPair;
+use zones::Zones;
+
+use super::super::Bodies;
+
+/// How contact of the net is run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClothSettings {
+    /// Distance beyond touching at which pairs become candidates, m. Changes the speed only.
+    pub skin: f64,
+    /// Most Gauss–Seidel sweeps of an island in a round.
+    pub sweeps: u32,
+    /// Overlaps up to this are left, m; an island is solved when no impulse moves its touch by more than a thirty-second of it.
+    pub tolerance: f64,
+    /// Rounds of continuous tests and new rows before rigid zones are formed.
+    pub rounds: u32,
+    /// Rounds of growing zones before the step is refused.
+    pub zone_rounds: u32,
+}
+
+impl ClothSettings {
+    /// What suits cloth whose thinnest part has this half-thickness (m).
+    pub fn for_half_thickness(half: f64) -> Self {
+        Self { skin: 4.0 * half, sweeps: 400, tolerance: 1e-3 * half, rounds: 12, zone_rounds: 12 }
+    }
+}
+
+/// Contact of a net and of bodies: features, candidates, the impulses of the last step, and room to work in.
+pub struct ClothContact {
+    settings: ClothSettings,
+    features: Features,
+    laws: Laws,
+    candidates: Candidates,
+    islands: Islands,
+    zones: Zones,
+    /// Distance of each candidate at the start of the step, m.
+    distances: Vec<f64>,
+    with_bodies: Vec<BodyPair>,
+    rows: Vec<Row>,
+    room: Vec<narrow::Room>,
+    hit_room: Vec<Hits>,
+    hits: Vec<Hit>,
+    stack: Vec<u32>,
+    before: Vec<DVec3>,
+    bodies: Vec<Rigid>,
+    bodies_before: Vec<Rigid>,
+    courses: Vec<Course>,
+    radii: Vec<f64>,
+    last: Vec<(Key, DVec3)>,
+    last_h: f64,
+}
+
+/// What a checkpoint must keep of contact for the next step to have the same bits: the impulses it starts from, and where
+/// the candidate lists were made.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ClothMemory {
+    impulses: Vec<(Key, DVec3)>,
+    step: f64,
+    position: Vec<DVec3>,
+    radius: Vec<f64>,
+}
+
+impl ClothContact {
+    /// Rules name parts of `features` and of these bodies; others never touch.
+    pub fn new(settings: ClothSettings, features: Features, rules: &[ClothRule], bodies: &Bodies) -> Self {
+        let count = bodies.position.len();
+        let radii = bodies.solids.iter().map(|solid| {
+            let (middle, half) = solid.bounding_box();
+            solid.bounding_radius().max(middle.length() + half.length())
+        });
+        Self {
+            settings,
+            laws: Laws::new(rules, features.parts.len(), count),
+            candidates: Candidates::new(&features),
+            islands: Islands::new(features.nodes, count),
+            zones: Zones::new(features.nodes, count),
+            distances: Vec::new(),
+            with_bodies: Vec::new(),
+            rows: Vec::new(),
+            room: Vec::new(),
+            hit_room: Vec::new(),
+            hits: Vec::new(),
+            stack: Vec::new(),
+            before: Vec::new(),
+            bodies: Vec::new(),
+            bodies_before: Vec::new(),
+            courses: Vec::new(),
+            radii: radii.collect(),
+            last: Vec::new(),
+            last_h: 0.0,
+            features,
+        }
+    }
+
+    /// All that the next step takes over from the last ones.
+    pub fn memory(&self) -> ClothMemory {
+        ClothMemory {
+            impulses: self.last.clone(),
+            step: self.last_h,
+            position: self.candidates.reference.position.clone(),
+            radius: self.candidates.reference.radius.clone(),
+        }
+    }
+
+    /// Goes on from a checkpoint's memory.
+    pub fn recall(&mut self, memory: ClothMemory) {
+        self.last = memory.impulses;
+        self.last_h = memory.step;
+        self.candidates.reference.position = memory.position;
+        self.candidates.reference.radius = memory.radius;
+        if !self.candidates.reference.position.is_empty() {
+            self.candidates.seek(&self.features, &self.laws, false);
+        }
+    }
+
+    /// Corrects the velocities of a step of `h` s, after the kick and before the drift x ← x + h·v (bodies turn freely).
+    /// `position` (m) and `approach` (m/s) are the nodes' at the start of the step, `velocity` (m/s) after the kick;
+    /// `inverse_mass` (1/kg) is zero for nodes that are held or driven. Runs on `pool`, or on the calling thread where there is
+    /// none; the bits are the same. Where the answer is `refused`, nothing was changed.
+    #[allow(clippy::too_many_arguments)]
+    pub fn solve(
+        &mut self,
+        h: f64,
+        position: &[DVec3],
+        approach: &[DVec3],
+        velocity: &mut [DVec3],
+        inverse_mass: &[f64],
+        bodies: &mut Bodies,
+        pool: Option<&rayon::ThreadPool>,
+    ) -> ClothContactStats {
+        let net = step::Net { h, position, approach, inverse_mass };
+        match pool {
+            Some(pool) if pool.current_num_threads() > 1 => {
+                pool.install(|| self.step(net, velocity, bodies, true))
+            }
+            _ => self.step(net, velocity, bodies, false),
+        }
+    }
+}

@@ -1,0 +1,201 @@
+//! Response: projected Gauss–Seidel over the rows of each island, forth and back, from the impulses of the last step.
+
+use glam::{DMat3, DVec3};
+
+use super::super::stats::RuleTotals;
+use super::law::ClothRule;
+use super::rows::{Motion, NONE, Rigid, Row};
+use crate::physics::Bodies;
+
+/// Steps over which an overlap beyond the tolerance is parted.
+const PARTING: f64 = 64.0;
+
+/// What the response needs to know of a step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Task {
+    pub h: f64,
+    pub tolerance: f64,
+    pub sweeps: u32,
+    pub restitution: bool,
+}
+
+impl Task {
+    /// Speed at which an overlap beyond the tolerance parts, m/s.
+    fn parting(&self, gap: f64) -> f64 {
+        ((-gap - self.tolerance) / PARTING).clamp(0.0, 0.25 * self.tolerance) / self.h
+    }
+
+    /// Least normal speed after the step: the gap may be used up; what closes in this step rebounds with the coefficient
+    /// of restitution times its approach; an overlap beyond the tolerance parts slowly.
+    pub fn target(&self, rule: &ClothRule, gap: f64, approach: f64, speed: f64) -> f64 {
+        let rest = if gap >= 0.0 { -gap / self.h } else { self.parting(gap) };
+        let closes = approach < 0.0 && gap + self.h * speed < 0.0;
+        if closes && self.restitution { rest.max(-rule.restitution * approach) } else { rest }
+    }
+}
+
+/// Bodies as the rows see them.
+pub(super) fn take_bodies(bodies: &Bodies, out: &mut Vec<Rigid>) {
+    out.clear();
+    out.extend((0..bodies.position.len()).map(|b| {
+        let turn = DMat3::from_quat(bodies.turn[b]);
+        Rigid {
+            velocity: bodies.velocity[b],
+            spin: bodies.spin[b],
+            inverse_mass: bodies.inverse_mass[b],
+            inverse_inertia: turn * DMat3::from_diagonal(bodies.inverse_inertia[b]) * turn.transpose(),
+        }
+    }));
+}
+
+/// Rows that share moving nodes or bodies, found anew for each set of rows.
+#[derive(Default)]
+pub(super) struct Islands {
+    parent: Vec<u32>,
+    number: Vec<u32>,
+    of_row: Vec<u32>,
+    pub starts: Vec<u32>,
+    /// Rows by island, in their order.
+    pub rows: Vec<u32>,
+}
+
+impl Islands {
+    pub fn new(nodes: usize, bodies: usize) -> Self {
+        let parent = (0..(nodes + bodies) as u32).collect();
+        Self { parent, number: vec![NONE; nodes + bodies], ..Self::default() }
+    }
+
+    fn root(&mut self, mut n: u32) -> u32 {
+        while self.parent[n as usize] != n {
+            let up = self.parent[self.parent[n as usize] as usize];
+            self.parent[n as usize] = up;
+            n = up;
+        }
+        n
+    }
+
+    fn join(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.root(a), self.root(b));
+        if a < b {
+            self.parent[b as usize] = a;
+        } else {
+            self.parent[a as usize] = b;
+        }
+    }
+
+    /// Finds the islands of these rows; every row has something that can move.
+    pub fn find(&mut self, rows: &[Row], motion: &Motion<'_>) {
+        let nodes = motion.velocity.len() as u32;
+        for row in rows {
+            let mut last = NONE;
+            for m in movers(row, motion, nodes) {
+                if last != NONE {
+                    self.join(last, m);
+                }
+                last = m;
+            }
+        }
+        self.of_row.clear();
+        self.starts.clear();
+        for row in rows {
+            let Some(first) = movers(row, motion, nodes).next() else { continue };
+            let root = self.root(first) as usize;
+            if self.number[root] == NONE {
+                self.number[root] = self.starts.len() as u32;
+                self.starts.push(0);
+            }
+            self.of_row.push(self.number[root]);
+            self.starts[self.number[root] as usize] += 1;
+        }
+        let mut sum = 0;
+        for s in &mut self.starts {
+            sum += *s;
+            *s = sum - *s;
+        }
+        self.rows.clear();
+        self.rows.resize(self.of_row.len(), 0);
+        for (k, &island) in self.of_row.iter().enumerate() {
+            let at = &mut self.starts[island as usize];
+            self.rows[*at as usize] = k as u32;
+            *at += 1;
+        }
+        // Every start now stands at the next one's place.
+        self.starts.insert(0, 0);
+        for row in rows {
+            for m in movers(row, motion, nodes) {
+                self.parent[m as usize] = m;
+                self.number[m as usize] = NONE;
+            }
+        }
+    }
+}
+
+/// Nodes, and bodies numbered after them, that a row moves.
+fn movers<'a>(row: &'a Row, motion: &'a Motion<'_>, nodes: u32) -> impl Iterator<Item = u32> + 'a {
+    let of_net = (0..4)
+        .filter(|&k| row.weights[k] != 0.0 && motion.inverse_mass[row.nodes[k] as usize] > 0.0)
+        .map(|k| row.nodes[k]);
+    let moves = |b: &&u32| {
+        **b != NONE && {
+            let body = &motion.bodies[**b as usize];
+            body.inverse_mass > 0.0 || body.inverse_inertia != DMat3::ZERO
+        }
+    };
+    of_net.chain(row.bodies.iter().filter(moves).map(move |b| nodes + b))
+}
+
+/// Solves all islands; returns the most sweeps and the largest change of place by the last one, m.
+pub(super) fn solve(rows: &mut [Row], islands: &Islands, motion: &mut Motion<'_>, task: &Task) -> (u32, f64) {
+    let (mut most, mut unresolved) = (0, 0.0_f64);
+    for ends in islands.starts.windows(2) {
+        let island = &islands.rows[ends[0] as usize..ends[1] as usize];
+        let settled = task.tolerance / 32.0 / task.h;
+        let mut residual = 0.0;
+        for sweep in 0..task.sweeps {
+            residual = 0.0_f64;
+            let mut one = |k: &u32| residual = residual.max(rows[*k as usize].relax(motion));
+            if sweep % 2 == 0 {
+                island.iter().for_each(&mut one);
+            } else {
+                island.iter().rev().for_each(&mut one);
+            }
+            most = most.max(sweep + 1);
+            if residual <= settled {
+                break;
+            }
+        }
+        unresolved = unresolved.max(residual * task.h);
+    }
+    (most, unresolved)
+}
+
+/// Books the energy of all rows: impulse times the mean of the relative velocities before and after, which adds up to the
+/// change of kinetic energy exactly.
+pub(super) fn book(
+    rows: &[Row],
+    before: (&[DVec3], &[Rigid]),
+    motion: &Motion<'_>,
+    task: &Task,
+    rules: &mut [RuleTotals],
+) {
+    rules.fill(RuleTotals::default());
+    for row in rows {
+        if row.push == 0.0 && row.rub == DVec3::ZERO {
+            continue;
+        }
+        let (first, last) = (row.relative_of(before.0, before.1), row.relative(motion));
+        let mean = 0.5 * (first + last);
+        let totals = &mut rules[row.rule as usize];
+        totals.normal -= row.push * row.normal.dot(mean);
+        totals.friction -= row.rub.dot(mean);
+        totals.parting += row.push * task.parting(row.gap);
+        totals.exchanged += (row.push + row.rub.length()) * 0.5 * (first.length() + last.length());
+    }
+}
+
+/// Whether the response raised the energy by more than parting overlaps accounts for.
+pub(super) fn gained(rules: &[RuleTotals]) -> bool {
+    let sum = |(gain, scale), r: &RuleTotals| (gain - r.dissipated() - r.parting, scale + r.exchanged);
+    let (gain, scale): (f64, f64) = rules.iter().fold((0.0, 0.0), sum);
+    gain > 1e-9 * scale
+}

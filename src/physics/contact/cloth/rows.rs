@@ -1,0 +1,225 @@
+//! A row: one touch of two sides, and its projection in a Gauss–Seidel sweep at velocity level.
+//!
+//! A touch may close by no more than its gap in a step (Moreau's time stepping with gaps). Impulses act with the weights
+//! of the places that touch and against inverse masses, so momentum is kept for any masses (Chen's eq. 3.29 keeps it for
+//! equal ones only).
+
+use glam::{DMat3, DVec3};
+
+/// What two features of a row are, in an order that no search changes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
+pub(super) struct Key {
+    pub kind: u8,
+    pub a: u32,
+    pub b: u32,
+    /// Zero for touches found at the start of the step; else the round whose continuous test found it.
+    pub round: u8,
+}
+
+impl Key {
+    pub const VERTEX_FACE: u8 = 0;
+    pub const VERTEX_EDGE: u8 = 1;
+    pub const VERTICES: u8 = 2;
+    pub const EDGES: u8 = 3;
+    pub const VERTEX_BODY: u8 = 4;
+    pub const EDGE_BODY: u8 = 5;
+    pub const ELEMENT_BODY: u8 = 6;
+    pub const BODIES: u8 = 7;
+
+    pub fn new(kind: u8, a: u32, b: u32) -> Self {
+        Self { kind, a, b, round: 0 }
+    }
+}
+
+/// No body.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// A rigid body as the rows see it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rigid {
+    pub velocity: DVec3,
+    pub spin: DVec3,
+    pub inverse_mass: f64,
+    /// Scene axes.
+    pub inverse_inertia: DMat3,
+}
+
+impl Rigid {
+    #[inline]
+    pub fn at(&self, arm: DVec3) -> DVec3 {
+        self.velocity + self.spin.cross(arm)
+    }
+}
+
+/// Nodes and bodies that move while rows are solved.
+pub(super) struct Motion<'a> {
+    pub velocity: &'a mut [DVec3],
+    pub inverse_mass: &'a [f64],
+    pub bodies: &'a mut [Rigid],
+}
+
+/// One touch.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Row {
+    pub key: Key,
+    pub rule: u32,
+    /// Weights are positive on side A and negative on side B; unused ones are zero.
+    pub nodes: [u32; 4],
+    pub weights: [f64; 4],
+    /// The body of side A and that of side B, and the arms from their centres to the place of the touch, m.
+    pub bodies: [u32; 2],
+    pub arms: [DVec3; 2],
+    /// Unit vector from B to A.
+    pub normal: DVec3,
+    /// m; negative for an overlap.
+    pub gap: f64,
+    /// Least speed along the normal after the step, m/s.
+    pub target: f64,
+    /// N·s along the normal, and across it.
+    pub push: f64,
+    pub rub: DVec3,
+    /// Effective masses along and (at least) across the normal, kg.
+    pub mass: f64,
+    pub mass_across: f64,
+    pub at_rest: f64,
+    pub sliding: f64,
+}
+
+impl Row {
+    /// A touch of nodes alone.
+    pub fn of_net(key: Key, rule: u32, nodes: [u32; 4], weights: [f64; 4], normal: DVec3, gap: f64) -> Self {
+        Self {
+            key,
+            rule,
+            nodes,
+            weights,
+            bodies: [NONE; 2],
+            arms: [DVec3::ZERO; 2],
+            normal,
+            gap,
+            target: 0.0,
+            push: 0.0,
+            rub: DVec3::ZERO,
+            mass: 0.0,
+            mass_across: 0.0,
+            at_rest: 0.0,
+            sliding: 0.0,
+        }
+    }
+
+    /// The same touch seen from the other side.
+    pub fn turned(mut self) -> Self {
+        self.weights = self.weights.map(|w| -w);
+        self.normal = -self.normal;
+        self.bodies.swap(0, 1);
+        self.arms.swap(0, 1);
+        self
+    }
+
+    pub fn impulse(&self) -> DVec3 {
+        self.normal * self.push + self.rub
+    }
+
+    /// Velocity of A over B from any velocities of nodes and bodies, m/s.
+    #[inline]
+    pub fn relative_of(&self, velocity: &[DVec3], bodies: &[Rigid]) -> DVec3 {
+        let mut v = DVec3::ZERO;
+        for k in 0..4 {
+            if self.weights[k] != 0.0 {
+                v += velocity[self.nodes[k] as usize] * self.weights[k];
+            }
+        }
+        if self.bodies[0] != NONE {
+            v += bodies[self.bodies[0] as usize].at(self.arms[0]);
+        }
+        if self.bodies[1] != NONE {
+            v -= bodies[self.bodies[1] as usize].at(self.arms[1]);
+        }
+        v
+    }
+
+    #[inline]
+    pub fn relative(&self, motion: &Motion<'_>) -> DVec3 {
+        self.relative_of(motion.velocity, motion.bodies)
+    }
+
+    #[inline]
+    pub fn apply(&self, motion: &mut Motion<'_>, impulse: DVec3) {
+        for k in 0..4 {
+            if self.weights[k] != 0.0 {
+                let n = self.nodes[k] as usize;
+                motion.velocity[n] += impulse * (self.weights[k] * motion.inverse_mass[n]);
+            }
+        }
+        for (side, impulse) in [(0, impulse), (1, -impulse)] {
+            if self.bodies[side] != NONE {
+                let b = &mut motion.bodies[self.bodies[side] as usize];
+                b.velocity += impulse * b.inverse_mass;
+                b.spin += b.inverse_inertia * self.arms[side].cross(impulse);
+            }
+        }
+    }
+
+    /// Sets the effective masses. False where nothing can move.
+    pub fn weigh(&mut self, motion: &Motion<'_>) -> bool {
+        let mut base: f64 =
+            (0..4).map(|k| self.weights[k] * self.weights[k] * weight(motion, self.nodes[k], self.weights[k])).sum();
+        let (e, f) = self.normal.any_orthonormal_pair();
+        let [mut along, mut ee, mut ef, mut ff] = [0.0; 4];
+        for side in 0..2 {
+            if self.bodies[side] == NONE {
+                continue;
+            }
+            let b = &motion.bodies[self.bodies[side] as usize];
+            base += b.inverse_mass;
+            let give = |p: DVec3, q: DVec3| self.arms[side].cross(p).dot(b.inverse_inertia * self.arms[side].cross(q));
+            along += give(self.normal, self.normal);
+            ee += give(e, e);
+            ef += give(e, f);
+            ff += give(f, f);
+        }
+        let most = 0.5 * (ee + ff) + (0.25 * (ee - ff) * (ee - ff) + ef * ef).sqrt();
+        let inverse = |x: f64| if x > 0.0 { 1.0 / x } else { 0.0 };
+        self.mass = inverse(base + along);
+        self.mass_across = inverse(base + most);
+        self.mass > 0.0
+    }
+
+    /// One projection; returns how fast it changed the relative velocity, m/s.
+    #[inline]
+    pub fn relax(&mut self, motion: &mut Motion<'_>) -> f64 {
+        let v = self.relative(motion);
+        let push = (self.push + (self.target - v.dot(self.normal)) * self.mass).max(0.0);
+        let press = push - self.push;
+        self.push = push;
+        if press != 0.0 {
+            self.apply(motion, self.normal * press);
+        }
+        let mut changed = press.abs() / self.mass;
+        if self.at_rest.max(self.sliding) > 0.0 && (self.push > 0.0 || self.rub != DVec3::ZERO) {
+            let rub = self.hold(self.relative(motion));
+            self.apply(motion, rub);
+            changed = changed.max(rub.length() / self.mass_across);
+        }
+        changed
+    }
+
+    /// Change of the tangential impulse that the relative velocity `v` asks for, within Coulomb's cone.
+    #[inline]
+    fn hold(&mut self, v: DVec3) -> DVec3 {
+        let across = v - self.normal * v.dot(self.normal);
+        let held = self.rub - self.normal * self.rub.dot(self.normal);
+        let mut rub = held - across * self.mass_across;
+        let size = rub.length();
+        if size > self.at_rest * self.push {
+            rub *= (self.sliding * self.push / size).min(1.0);
+        }
+        let change = rub - self.rub;
+        self.rub = rub;
+        change
+    }
+}
+
+fn weight(motion: &Motion<'_>, node: u32, weight: f64) -> f64 {
+    if weight == 0.0 { 0.0 } else { motion.inverse_mass[node as usize] }
+}

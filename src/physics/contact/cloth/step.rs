@@ -1,0 +1,365 @@
+//! The stations of one step of contact.
+
+use std::time::Instant;
+
+use glam::DVec3;
+
+use super::super::stats::RuleTotals;
+use super::candidates::mean;
+use super::response::{Task, book, gained, solve, take_bodies};
+use super::rows::{Key, Motion, Row};
+use super::shapes::Pose;
+use super::touching::Scene;
+use super::zones::{ZoneScene, course};
+use super::*;
+
+/// What a step is given of the net.
+#[derive(Clone, Copy)]
+pub(super) struct Net<'a> {
+    pub h: f64,
+    pub position: &'a [DVec3],
+    pub approach: &'a [DVec3],
+    pub inverse_mass: &'a [f64],
+}
+
+impl ClothContact {
+    pub(super) fn step(
+        &mut self,
+        net: Net<'_>,
+        velocity: &mut [DVec3],
+        bodies: &mut Bodies,
+        parallel: bool,
+    ) -> ClothContactStats {
+        let mut stats = ClothContactStats {
+            rules: vec![RuleTotals::default(); self.laws.rules.len()],
+            body_impulse: vec![[DVec3::ZERO; 2]; bodies.position.len()],
+            ..ClothContactStats::default()
+        };
+        self.before.clear();
+        self.before.extend_from_slice(velocity);
+        take_bodies(bodies, &mut self.bodies);
+        self.bodies_before.clone_from(&self.bodies);
+        self.plot_courses(net.h, bodies);
+        self.keep_candidates(net, velocity, &mut stats, parallel);
+        self.touch(net, velocity, bodies, &mut stats, parallel);
+        self.prepare(net, velocity, true);
+        let mut task = self.task(net.h, true);
+        let mut clear = false;
+        while stats.rounds < self.settings.rounds.max(1) {
+            stats.rounds += 1;
+            self.respond(net, velocity, &task, &mut stats);
+            if stats.rounds == 1 && gained(&stats.rules) {
+                // Newton's restitution at several touches at once can raise the energy: once more without it.
+                velocity.copy_from_slice(&self.before);
+                self.bodies.clone_from(&self.bodies_before);
+                self.prepare(net, velocity, false);
+                task = self.task(net.h, false);
+                self.respond(net, velocity, &task, &mut stats);
+            }
+            self.look_ahead(net, velocity, bodies, &mut stats, parallel);
+            if self.hits.is_empty() {
+                clear = true;
+                break;
+            }
+            self.take_hits(net, velocity, stats.rounds);
+        }
+        self.book(net, velocity, &task, &mut stats);
+        if !clear {
+            clear = self.stiffen(net, velocity, bodies, &mut stats, parallel);
+        }
+        if clear {
+            self.finish(net, velocity, bodies, &mut stats);
+        } else {
+            let share = self.hits.iter().map(|hit| hit.share).fold(1.0, f64::min);
+            stats.refused = Some(Refused { share_of_step: share });
+            velocity.copy_from_slice(&self.before);
+        }
+        stats
+    }
+
+    fn task(&self, h: f64, restitution: bool) -> Task {
+        Task { h, tolerance: self.settings.tolerance, sweeps: self.settings.sweeps, restitution }
+    }
+
+    /// Where the bodies go at their present velocities.
+    fn plot_courses(&mut self, h: f64, bodies: &Bodies) {
+        self.courses.clear();
+        self.courses.extend((0..bodies.position.len()).map(|b| {
+            let pose = Pose { position: bodies.position[b], turn: bodies.turn[b] };
+            let body = &self.bodies[b];
+            course(pose, body.velocity, body.spin, bodies.inverse_inertia[b], self.radii[b], h)
+        }));
+    }
+
+    /// Makes the lists anew where they do not hold for this step.
+    fn keep_candidates(&mut self, net: Net<'_>, v: &[DVec3], stats: &mut ClothContactStats, parallel: bool) {
+        let clock = Instant::now();
+        if !self.candidates.hold(net.h, net.position, v) {
+            self.candidates.refer(net.h, net.position, v, self.settings.skin);
+            self.candidates.seek(&self.features, &self.laws, parallel);
+            stats.rebuilt = true;
+        }
+        stats.pairs = self.candidates.pairs.len();
+        stats.seconds.candidates += clock.elapsed().as_secs_f64();
+    }
+
+    fn scene<'a>(&'a self, net: Net<'a>, velocity: &'a [DVec3], bodies: &'a Bodies) -> Scene<'a> {
+        let then = &self.candidates.reference.position;
+        Scene {
+            features: &self.features,
+            laws: &self.laws,
+            trees: &self.candidates.trees,
+            reference: &self.candidates.reference,
+            solids: &bodies.solids,
+            courses: &self.courses,
+            h: net.h,
+            position: net.position,
+            velocity,
+            drift: mean(velocity.iter().copied()),
+            drifted: mean(net.position.iter().zip(then).map(|(x, r)| *x - *r)),
+            floor: 0.5 * self.settings.tolerance,
+        }
+    }
+
+    /// All rows of the start of the step, sorted, each once.
+    fn touch(
+        &mut self,
+        net: Net<'_>,
+        velocity: &[DVec3],
+        bodies: &Bodies,
+        stats: &mut ClothContactStats,
+        parallel: bool,
+    ) {
+        let clock = Instant::now();
+        let mut rows = std::mem::take(&mut self.rows);
+        rows.clear();
+        self.measure(net, velocity, Some(&mut rows), stats, parallel);
+        self.seek_near_bodies(net, velocity, bodies, Some(&mut rows), stats);
+        // Of two measures of one touch the nearer counts.
+        rows.sort_unstable_by(|p, q| p.key.cmp(&q.key).then(p.gap.total_cmp(&q.gap)).then(p.rule.cmp(&q.rule)));
+        rows.dedup_by_key(|row| row.key);
+        stats.deepest = rows.iter().map(|row| -row.gap).fold(0.0, f64::max);
+        self.rows = rows;
+        stats.seconds.narrow += clock.elapsed().as_secs_f64();
+    }
+
+    /// Distances of all candidates, and rows of those within reach where they are asked for.
+    fn measure(
+        &mut self,
+        net: Net<'_>,
+        velocity: &[DVec3],
+        rows: Option<&mut Vec<Row>>,
+        stats: &mut ClothContactStats,
+        parallel: bool,
+    ) {
+        let floor = 0.5 * self.settings.tolerance;
+        let pairs = &self.candidates.pairs;
+        self.distances.resize(pairs.len(), 0.0);
+        let place = narrow::Place { features: &self.features, h: net.h, position: net.position, velocity, floor };
+        narrow::measure(&place, pairs, &mut self.distances, &mut self.room, rows, parallel);
+        stats.tests += pairs.len();
+    }
+
+    /// Elements near bodies, with their rows where they are asked for.
+    fn seek_near_bodies(
+        &mut self,
+        net: Net<'_>,
+        velocity: &[DVec3],
+        bodies: &Bodies,
+        rows: Option<&mut Vec<Row>>,
+        stats: &mut ClothContactStats,
+    ) {
+        let mut list = std::mem::take(&mut self.with_bodies);
+        let mut stack = std::mem::take(&mut self.stack);
+        list.clear();
+        let scene = self.scene(net, velocity, bodies);
+        for body in 0..bodies.position.len() as u32 {
+            for part in 0..self.features.parts.len() as u32 {
+                if let Some(rule) = self.laws.of_body(part, body) {
+                    scene.near(body, part, rule, &mut stack, &mut list);
+                }
+            }
+        }
+        stats.tests += list.len();
+        if let Some(rows) = rows {
+            list.retain_mut(|pair| scene.rows(pair, rows));
+        }
+        self.with_bodies = list;
+        self.stack = stack;
+    }
+
+    /// Masses, bounds and first impulses of all rows; takes away those that nothing can move.
+    fn prepare(&mut self, net: Net<'_>, velocity: &mut [DVec3], restitution: bool) {
+        let task = self.task(net.h, restitution);
+        let scale = if self.last_h > 0.0 { net.h / self.last_h } else { 0.0 };
+        let Self { rows, bodies, bodies_before, laws, last, .. } = self;
+        let mut motion = Motion { velocity, inverse_mass: net.inverse_mass, bodies };
+        let mut known = last.iter().peekable();
+        rows.retain_mut(|row| {
+            if !row.weigh(&motion) {
+                return false;
+            }
+            let rule = &laws.rules[row.rule as usize];
+            (row.at_rest, row.sliding) = (rule.at_rest, rule.sliding);
+            let approach = row.relative_of(net.approach, bodies_before).dot(row.normal);
+            let speed = row.relative(&motion).dot(row.normal);
+            row.target = task.target(rule, row.gap, approach, speed);
+            while known.next_if(|(key, _)| *key < row.key).is_some() {}
+            (row.push, row.rub) = (0.0, DVec3::ZERO);
+            if let Some((_, impulse)) = known.next_if(|(key, _)| *key == row.key) {
+                let impulse = *impulse * scale;
+                row.push = impulse.dot(row.normal).max(0.0);
+                if row.push > 0.0 && row.at_rest > 0.0 {
+                    row.rub = impulse - row.normal * impulse.dot(row.normal);
+                }
+            }
+            true
+        });
+        for row in rows.iter() {
+            if row.push > 0.0 {
+                row.apply(&mut motion, row.impulse());
+            }
+        }
+    }
+
+    /// Solves the rows and books them.
+    fn respond(&mut self, net: Net<'_>, velocity: &mut [DVec3], task: &Task, stats: &mut ClothContactStats) {
+        let clock = Instant::now();
+        let mut motion = Motion { velocity, inverse_mass: net.inverse_mass, bodies: &mut self.bodies };
+        self.islands.find(&self.rows, &motion);
+        let (sweeps, unresolved) = solve(&mut self.rows, &self.islands, &mut motion, task);
+        stats.sweeps = stats.sweeps.max(sweeps);
+        stats.unresolved = unresolved;
+        book(&self.rows, (&self.before, &self.bodies_before), &motion, task, &mut stats.rules);
+        stats.seconds.response += clock.elapsed().as_secs_f64();
+    }
+
+    /// Continuous tests of the step at the present velocities; what still meets is in `hits`.
+    fn look_ahead(
+        &mut self,
+        net: Net<'_>,
+        velocity: &[DVec3],
+        bodies: &Bodies,
+        stats: &mut ClothContactStats,
+        parallel: bool,
+    ) {
+        self.plot_courses(net.h, bodies);
+        let had = stats.rebuilt;
+        stats.rebuilt = false;
+        self.keep_candidates(net, velocity, stats, parallel);
+        let clock = Instant::now();
+        if stats.rebuilt {
+            self.measure(net, velocity, None, stats, parallel);
+        }
+        stats.rebuilt |= had;
+        self.seek_near_bodies(net, velocity, bodies, None, stats);
+        let mut room = std::mem::take(&mut self.hit_room);
+        let mut hits = std::mem::take(&mut self.hits);
+        let scene = self.scene(net, velocity, bodies);
+        let (pairs, near) = (&self.candidates.pairs, &self.with_bodies);
+        stats.tests += sweep::sweep(&scene, pairs, &self.distances, near, &mut room, &mut hits, parallel);
+        (self.hit_room, self.hits) = (room, hits);
+        stats.seconds.sweep += clock.elapsed().as_secs_f64();
+    }
+
+    /// Makes rows of the hits, in the order of their features.
+    fn take_hits(&mut self, net: Net<'_>, velocity: &mut [DVec3], round: u32) {
+        let Self { rows, hits, bodies, laws, .. } = self;
+        let motion = Motion { velocity, inverse_mass: net.inverse_mass, bodies };
+        let first = rows.len();
+        for hit in hits.iter() {
+            let mut row = hit.row;
+            if row.weigh(&motion) {
+                let rule = &laws.rules[row.rule as usize];
+                row.key.round = round.min(255) as u8;
+                row.target = -row.gap / net.h;
+                (row.at_rest, row.sliding) = (rule.at_rest, rule.sliding);
+                rows.push(row);
+            }
+        }
+        rows[first..].sort_unstable_by(|p, q| p.key.cmp(&q.key).then(p.gap.total_cmp(&q.gap)));
+    }
+
+    fn book(&mut self, net: Net<'_>, velocity: &mut [DVec3], task: &Task, stats: &mut ClothContactStats) {
+        let motion = Motion { velocity, inverse_mass: net.inverse_mass, bodies: &mut self.bodies };
+        book(&self.rows, (&self.before, &self.bodies_before), &motion, task, &mut stats.rules);
+        stats.rows = self.rows.len();
+        stats.pressed = self.rows.iter().filter(|row| row.push > 0.0).count();
+        for row in &self.rows {
+            for (side, impulse) in [(0, row.impulse()), (1, -row.impulse())] {
+                if let Some([force, moment]) = stats.body_impulse.get_mut(row.bodies[side] as usize) {
+                    *force += impulse;
+                    *moment += row.arms[side].cross(impulse);
+                }
+            }
+        }
+    }
+
+    /// Forms and grows rigid zones until nothing meets. False where that fails.
+    fn stiffen(
+        &mut self,
+        net: Net<'_>,
+        velocity: &mut [DVec3],
+        bodies: &Bodies,
+        stats: &mut ClothContactStats,
+        parallel: bool,
+    ) -> bool {
+        let loose: Vec<DVec3> = velocity.to_vec();
+        let loose_bodies = self.bodies.clone();
+        self.zones.clear();
+        let energy = self.kinetic(net, &loose, &loose_bodies);
+        for _ in 0..self.settings.zone_rounds {
+            let clock = Instant::now();
+            for hit in &self.hits {
+                self.zones.join(&hit.row);
+            }
+            velocity.copy_from_slice(&loose);
+            self.bodies.clone_from(&loose_bodies);
+            let mut scene = ZoneScene {
+                h: net.h,
+                position: net.position,
+                inverse_mass: net.inverse_mass,
+                velocity,
+                bodies: &mut self.bodies,
+                courses: &self.courses,
+            };
+            let Some(zones) = self.zones.stiffen(&mut scene) else { return false };
+            (stats.zones, stats.zone_nodes) = (zones, self.zones.len());
+            stats.seconds.zones += clock.elapsed().as_secs_f64();
+            self.look_ahead(net, velocity, bodies, stats, parallel);
+            if self.hits.is_empty() {
+                stats.zone_loss = energy - self.kinetic(net, velocity, &self.bodies);
+                return stats.zone_loss >= -1e-12 * energy;
+            }
+        }
+        false
+    }
+
+    /// Kinetic energy of all that can move, J.
+    fn kinetic(&self, net: Net<'_>, velocity: &[DVec3], bodies: &[Rigid]) -> f64 {
+        let nodes = velocity.iter().zip(net.inverse_mass).filter(|(_, w)| **w > 0.0);
+        let nodes: f64 = nodes.map(|(v, w)| 0.5 * v.length_squared() / w).sum();
+        let bodies = bodies.iter().filter(|b| b.inverse_mass > 0.0).map(|b| {
+            let turning = if b.inverse_inertia == glam::DMat3::ZERO {
+                0.0
+            } else {
+                b.spin.dot(b.inverse_inertia.inverse() * b.spin)
+            };
+            0.5 * (b.velocity.length_squared() / b.inverse_mass + turning)
+        });
+        nodes + bodies.sum::<f64>()
+    }
+
+    /// Hands the bodies back and remembers the impulses.
+    fn finish(&mut self, net: Net<'_>, _: &[DVec3], bodies: &mut Bodies, _: &mut ClothContactStats) {
+        for (b, rigid) in self.bodies.iter().enumerate() {
+            (bodies.velocity[b], bodies.spin[b]) = (rigid.velocity, rigid.spin);
+        }
+        self.last.clear();
+        let pressed = self.rows.iter().filter(|row| row.key.round == 0 && row.push > 0.0);
+        self.last.extend(pressed.map(|row| (row.key, row.impulse())));
+        self.last_h = net.h;
+    }
+}
+
+const _: u8 = Key::BODIES;

@@ -1,0 +1,140 @@
+//! Continuous tests over the whole step, with a minimum separation: what would still meet gets a row where it meets.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::candidates::Pair;
+use super::features::Features;
+use super::narrow::{self, closing, nearest};
+use super::rows::Row;
+use super::shapes::{element_meets, element_near};
+use super::touching::{BodyPair, Scene, body_row};
+use crate::geometry::impact::{edge_edge, vertex_face};
+
+/// A pair that meets within the step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Hit {
+    /// Share of the step.
+    pub share: f64,
+    pub row: Row,
+}
+
+/// Room for the hits of one task.
+#[derive(Default)]
+pub(super) struct Hits {
+    list: Vec<Hit>,
+    tests: usize,
+}
+
+/// Candidates looked at by one task.
+const BATCH: usize = 1024;
+
+/// Share of the thickness, or of a smaller distance at the start, that must be left all the time.
+const KEPT: f64 = 0.5;
+
+/// Distance that must be left, m.
+pub(super) fn separation(thickness: f64, distance: f64) -> f64 {
+    KEPT * thickness.min(distance.max(0.0))
+}
+
+/// All meetings of the step, in the order of the candidates. Returns the number of tests.
+pub(super) fn sweep(
+    scene: &Scene<'_>,
+    pairs: &[Pair],
+    distances: &[f64],
+    with_bodies: &[BodyPair],
+    room: &mut Vec<Hits>,
+    out: &mut Vec<Hit>,
+    parallel: bool,
+) -> usize {
+    let first = pairs.len().div_ceil(BATCH);
+    let tasks = first + with_bodies.len().div_ceil(BATCH);
+    if room.len() < tasks {
+        room.resize_with(tasks, Hits::default);
+    }
+    let one = |(task, hits): (usize, &mut Hits)| {
+        hits.list.clear();
+        hits.tests = 0;
+        if task < first {
+            let range = task * BATCH..pairs.len().min((task + 1) * BATCH);
+            for (pair, &distance) in pairs[range.clone()].iter().zip(&distances[range]) {
+                net_pair(scene, pair, distance, hits);
+            }
+        } else {
+            let range = (task - first) * BATCH..with_bodies.len().min((task - first + 1) * BATCH);
+            with_bodies[range].iter().for_each(|pair| body_pair(scene, pair, hits));
+        }
+    };
+    let used = &mut room[..tasks];
+    if parallel {
+        used.par_iter_mut().enumerate().for_each(one);
+    } else {
+        used.iter_mut().enumerate().for_each(one);
+    }
+    out.clear();
+    used.iter().for_each(|hits| out.extend_from_slice(&hits.list));
+    used.iter().map(|hits| hits.tests).sum()
+}
+
+fn net_pair(scene: &Scene<'_>, pair: &Pair, distance: f64, hits: &mut Hits) {
+    let motion = pair.nodes.map(|n| scene.h * scene.velocity[n as usize]);
+    let kept = separation(pair.thickness, distance);
+    if distance - kept > closing(pair.is_face, motion) {
+        return;
+    }
+    hits.tests += 1;
+    let start = pair.nodes.map(|n| scene.position[n as usize]);
+    let end = [0, 1, 2, 3].map(|k| start[k] + motion[k]);
+    let met = if pair.is_face { vertex_face(start, end, kept) } else { edge_edge(start, end, kept) };
+    let Some(share) = met else { return };
+    let then = [0, 1, 2, 3].map(|k| start[k] + share * motion[k]);
+    let near = nearest(pair.is_face, then);
+    // Parallel edges meet with their ends too, and those have rows.
+    if let Some(mut row) = narrow::row(scene.features, pair, &near, then) {
+        let apart: DVec3 = (0..4).map(|k| scene.position[row.nodes[k] as usize] * row.weights[k]).sum();
+        row.gap = allowed(apart.dot(row.normal), pair.thickness);
+        hits.list.push(Hit { share, row });
+    }
+}
+
+/// By how much two places may close along the normal of their meeting, m, from how far they are apart along it at the start.
+fn allowed(apart: f64, thickness: f64) -> f64 {
+    (apart - thickness).max(0.0)
+}
+
+fn body_pair(scene: &Scene<'_>, pair: &BodyPair, hits: &mut Hits) {
+    let element = &scene.features.elements[pair.element as usize];
+    let (solid, course) = (&scene.solids[pair.body as usize], &scene.courses[pair.body as usize]);
+    let thickness = scene.features.half_thickness[element.part as usize];
+    let start = element.nodes.map(|n| scene.position[n as usize]);
+    let motion = element.nodes.map(|n| scene.h * scene.velocity[n as usize]);
+    let is_face = element.is_face();
+    let mut distance = pair.distance;
+    if distance == f64::INFINITY {
+        let x = start.map(|x| course.start.local(x));
+        let middle = (x[0] + x[1] + x[2]) / 3.0;
+        let far = x.iter().map(|x| (*x - middle).length_squared()).fold(0.0, f64::max).sqrt();
+        let fastest = motion.iter().map(|m| (*m - course.path).length()).fold(0.0, f64::max);
+        if solid.signed_distance(middle) - far > thickness + fastest + course.swing() {
+            return;
+        }
+        distance = element_near(x, is_face, solid).near.distance;
+    }
+    // An overlap that the rows are parting may not deepen by half a thickness more.
+    let kept = if distance > 0.0 { separation(thickness, distance) } else { distance - KEPT * thickness };
+    hits.tests += 1;
+    let Some(share) = element_meets(start, motion, is_face, solid, course, distance, kept) else { return };
+    let pose = course.at(share);
+    let then = [0, 1, 2].map(|k| pose.local(start[k] + share * motion[k]));
+    let near = element_near(then, is_face, solid);
+    let kind = if near.inside { super::rows::Key::ELEMENT_BODY } else { super::rows::Key::EDGE_BODY };
+    let key = super::rows::Key::new(kind, pair.element, pair.body);
+    let mut row = body_row(key, pair, element, near.weights, &pose, near.near.normal, 0.0, then);
+    // The arm as it lies at the start; the touching point of the body, carried back, tells how far apart they were.
+    let place: DVec3 = (0..3).map(|k| start[k] * near.weights[k]).sum();
+    let touched: DVec3 = (0..3).map(|k| then[k] * near.weights[k]).sum::<DVec3>() - near.near.distance * near.near.normal;
+    let apart = (place - course.start.place(touched)).dot(row.normal);
+    row.arms[1] = place - course.start.position;
+    row.gap = allowed(apart, thickness);
+    hits.list.push(Hit { share, row });
+}

@@ -1,0 +1,202 @@
+//! A tree of boxes over the elements of one part: built once over the material, refitted when candidates are sought.
+
+use std::ops::Range;
+
+use glam::DVec3;
+
+/// Elements in a leaf.
+const LEAF: usize = 4;
+
+/// A box with its sides along the axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Aabb {
+    pub low: DVec3,
+    pub high: DVec3,
+}
+
+impl Aabb {
+    pub const NOTHING: Self = Self { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
+
+    pub fn add(&mut self, p: DVec3) {
+        self.low = self.low.min(p);
+        self.high = self.high.max(p);
+    }
+
+    pub fn union(self, other: Self) -> Self {
+        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+
+    pub fn grown(self, by: f64) -> Self {
+        Self { low: self.low - by, high: self.high + by }
+    }
+
+    #[inline]
+    pub fn meets(&self, other: &Self) -> bool {
+        self.low.cmple(other.high).all() && other.low.cmple(self.high).all()
+    }
+
+    pub fn middle(&self) -> DVec3 {
+        0.5 * (self.low + self.high)
+    }
+
+    /// From the middle to a corner, m.
+    pub fn radius(&self) -> f64 {
+        0.5 * (self.high - self.low).length()
+    }
+}
+
+/// A node over the elements `order[first..end]`; its second child stands at `second` (zero for a leaf), its first one right
+/// after it.
+#[derive(Clone, Debug)]
+pub(super) struct Branch {
+    pub range: Range<u32>,
+    pub second: u32,
+}
+
+/// The tree of one part. Branches stand in depth-first order.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Tree {
+    pub branches: Vec<Branch>,
+    pub boxes: Vec<Aabb>,
+    /// Elements leaf by leaf.
+    pub order: Vec<u32>,
+}
+
+impl Tree {
+    /// Splits at the median of the longest extent of the elements' middles.
+    pub fn build(elements: Range<u32>, middle: impl Fn(u32) -> DVec3) -> Self {
+        let mut tree = Self { order: elements.collect(), ..Self::default() };
+        let count = tree.order.len();
+        if count > 0 {
+            let mut middles: Vec<(DVec3, u32)> = tree.order.iter().map(|&e| (middle(e), e)).collect();
+            tree.split(&mut middles, 0);
+            tree.order = middles.iter().map(|m| m.1).collect();
+        }
+        tree.boxes = vec![Aabb::NOTHING; tree.branches.len()];
+        tree
+    }
+
+    fn split(&mut self, middles: &mut [(DVec3, u32)], first: u32) {
+        let here = self.branches.len();
+        let count = middles.len();
+        self.branches.push(Branch { range: first..first + count as u32, second: 0 });
+        if count <= LEAF {
+            return;
+        }
+        let mut extent = Aabb::NOTHING;
+        middles.iter().for_each(|m| extent.add(m.0));
+        let size = extent.high - extent.low;
+        let axis = if size.x >= size.y && size.x >= size.z { 0 } else if size.y >= size.z { 1 } else { 2 };
+        let half = count / 2;
+        middles.select_nth_unstable_by(half, |p, q| p.0[axis].total_cmp(&q.0[axis]).then(p.1.cmp(&q.1)));
+        let (left, right) = middles.split_at_mut(half);
+        self.split(left, first);
+        self.branches[here].second = self.branches.len() as u32;
+        self.split(right, first + half as u32);
+    }
+
+    pub fn is_leaf(&self, b: u32) -> bool {
+        self.branches[b as usize].second == 0
+    }
+
+    pub fn children(&self, b: u32) -> [u32; 2] {
+        [b + 1, self.branches[b as usize].second]
+    }
+
+    pub fn elements(&self, b: u32) -> &[u32] {
+        let range = &self.branches[b as usize].range;
+        &self.order[range.start as usize..range.end as usize]
+    }
+
+    /// Boxes anew from those of the elements, children before parents.
+    pub fn refit(&mut self, element: impl Fn(u32) -> Aabb) {
+        for b in (0..self.branches.len() as u32).rev() {
+            self.boxes[b as usize] = if self.is_leaf(b) {
+                self.elements(b).iter().fold(Aabb::NOTHING, |sum, &e| sum.union(element(e)))
+            } else {
+                let [l, r] = self.children(b);
+                self.boxes[l as usize].union(self.boxes[r as usize])
+            };
+        }
+    }
+
+    /// Elements in leaves that `enters` lets through.
+    pub fn query(&self, stack: &mut Vec<u32>, enters: impl Fn(&Aabb) -> bool, mut found: impl FnMut(u32)) {
+        stack.clear();
+        if !self.branches.is_empty() {
+            stack.push(0);
+        }
+        while let Some(b) = stack.pop() {
+            if !enters(&self.boxes[b as usize]) {
+                continue;
+            }
+            if self.is_leaf(b) {
+                self.elements(b).iter().for_each(|&e| found(e));
+            } else {
+                let [l, r] = self.children(b);
+                stack.extend([r, l]);
+            }
+        }
+    }
+
+    /// Pairs of leaves of two trees whose boxes meet.
+    pub fn pairs(&self, other: &Self, stack: &mut Vec<[u32; 2]>, mut found: impl FnMut(u32, u32)) {
+        stack.clear();
+        if !self.branches.is_empty() && !other.branches.is_empty() {
+            stack.push([0, 0]);
+        }
+        while let Some([a, b]) = stack.pop() {
+            if !self.boxes[a as usize].meets(&other.boxes[b as usize]) {
+                continue;
+            }
+            match (self.is_leaf(a), other.is_leaf(b)) {
+                (true, true) => found(a, b),
+                (false, true) => stack.extend(self.children(a).map(|c| [c, b])),
+                (true, false) => stack.extend(other.children(b).map(|c| [a, c])),
+                (false, false) => {
+                    for c in self.children(a) {
+                        stack.extend(other.children(b).map(|d| [c, d]));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Pairs of leaves of this tree whose boxes meet, each once, a leaf with itself too. `clear` tells of a branch, or of two
+    /// branches that touch, that nothing in it can meet.
+    pub fn self_pairs(
+        &self,
+        stack: &mut Vec<[u32; 2]>,
+        mut clear: impl FnMut(u32, u32) -> bool,
+        mut found: impl FnMut(u32, u32),
+    ) {
+        stack.clear();
+        if !self.branches.is_empty() {
+            stack.push([0, 0]);
+        }
+        while let Some([a, b]) = stack.pop() {
+            if a != b && !self.boxes[a as usize].meets(&self.boxes[b as usize]) || clear(a, b) {
+                continue;
+            }
+            if a == b {
+                if self.is_leaf(a) {
+                    found(a, a);
+                } else {
+                    let [l, r] = self.children(a);
+                    stack.extend([[l, l], [r, r], [l, r]]);
+                }
+                continue;
+            }
+            match (self.is_leaf(a), self.is_leaf(b)) {
+                (true, true) => found(a, b),
+                (false, true) => stack.extend(self.children(a).map(|c| [c, b])),
+                (true, false) => stack.extend(self.children(b).map(|c| [a, c])),
+                (false, false) => {
+                    for c in self.children(a) {
+                        stack.extend(self.children(b).map(|d| [c, d]));
+                    }
+                }
+            }
+        }
+    }
+}
