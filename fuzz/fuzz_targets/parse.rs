@@ -1,4 +1,4 @@
-//! `cargo +nightly fuzz run parse`
+//! `RUSTC_BOOTSTRAP=1 cargo fuzz run parse`, or a nightly compiler without the variable.
 #![no_main]
 
 include!("../entry.rs");

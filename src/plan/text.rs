@@ -176,7 +176,22 @@ impl Plan {
             1,
             &format!("{} nodes, {} steps, about {:.1} MB", advice.nodes, advice.steps, advice.memory as f64 / 1e6),
         );
-        line(out, 1, &format!("about {:.1} s (cost table {}, an estimate)", advice.seconds, super::cost::TABLE));
+        let (table, class) = (super::cost::TABLE, super::cost::CLASS);
+        let about = if settles(&self.body.schedule) { "at most" } else { "about" };
+        line(
+            out,
+            1,
+            &format!("{about} {:.1} s on {class} (cost table {table}, within a factor of two)", advice.seconds),
+        );
+    }
+}
+
+/// Whether a run ends when nothing moves any more, so that its steps are a limit.
+fn settles(node: &Node) -> bool {
+    match node {
+        Node::Run { duration, .. } => duration.is_none(),
+        Node::Seq(nodes) => nodes.iter().any(settles),
+        _ => false,
     }
 }
 

@@ -15,7 +15,7 @@ mod yarns;
 pub(in crate::plan) use domains::Unfolded;
 
 use crate::diagnostics::{Diagnostic, Severity, Sources, Span};
-use crate::scene::{Case, Given, How, Item, ItemBody, ItemId, Origin, Program, Run, Scene};
+use crate::scene::{Case, Extents, Given, How, Item, ItemBody, ItemId, Origin, Program, Run, Scene};
 
 use super::{Advice, Body, Decision, OriginId, OriginRecord, Plan, SCHEMA, Taken, Verdict, hash};
 
@@ -53,6 +53,7 @@ pub fn make(
         maker.plan_passes(run.0, run.1);
         maker.plan_sinks(run.1);
         maker.refuse_unknown_keeps();
+        maker.estimate(run.1);
     }
     let failed = maker.diagnostics.iter().any(Diagnostic::is_error);
     // Warp and weft of one yarn, and cases of one file, would say the same twice.
@@ -114,6 +115,15 @@ impl<'a> Maker<'a> {
         let found = Diagnostic::error("E0850", message, self.headline(first.span), "not available yet")
             .note("`ripstop check` already checks all that is written.");
         self.diagnostics.push(found);
+    }
+
+    /// The time that the run may take, once all that it does is known.
+    fn estimate(&mut self, run: &Run) {
+        let duration = match &run.extent {
+            Extents::Duration(given) => Some(given.value),
+            _ => None,
+        };
+        self.advice.seconds = super::cost::seconds(&self.body, self.advice.nodes, self.advice.steps, duration);
     }
 
     fn headline(&self, block: Span) -> Span {

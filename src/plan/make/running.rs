@@ -484,12 +484,10 @@ impl Maker<'_> {
 
     fn advise(&mut self, steps: u64) {
         let nodes: u64 = self.unfolded.iter().map(|unfolded| unfolded.positions.len() as u64).sum();
-        let cost: f64 = self.body.passes.iter().map(|pass| pass.cost.bytes).sum();
         self.advice.nodes = nodes;
         self.advice.steps = steps;
         // Eleven doubles of state a node and about as much again for contact.
         self.advice.memory = nodes * 400;
-        self.advice.seconds = crate::plan::cost::seconds(nodes, steps, cost);
     }
 }
 
