@@ -5,11 +5,13 @@
 //! not depend on the number of threads.
 
 pub mod bar;
+mod bending;
 mod blocks;
 mod bound;
 mod build;
 mod elements;
 mod fours;
+mod grid;
 mod loads;
 pub mod membrane;
 mod sets;
