@@ -3,10 +3,11 @@
 use super::PartId;
 use super::bar::{Bar, Way};
 use super::elements::{Elements, Sets};
-use super::sets::{BarSet, FormSet, TriangleSet};
+use super::sets::{BarSet, FormSet, StripSet, TriangleSet};
+use super::strip::{self, Strip};
 use super::{bending, bound, grid, membrane};
 use crate::geometry::sheet::SheetMesh;
-use crate::plan::{BendingLaw, CordLaw, FabricLaw, MembraneLaw};
+use crate::plan::{BendingLaw, CordLaw, FabricLaw, MembraneLaw, SeamLaw};
 
 /// Gathers the elements of a net.
 #[derive(Debug)]
@@ -131,6 +132,12 @@ impl Builder {
             cap: f64::INFINITY,
             line: true,
         });
+    }
+
+    /// The strip of a seam. A tape along it is a line of its own.
+    pub fn add_strip(&mut self, part: PartId, strip: &Strip<'_>, law: &SeamLaw) {
+        let (nodes, holds) = strip::holds(strip, law).into_iter().unzip();
+        self.sets.strips.push(StripSet { part, nodes, holds });
     }
 
     /// Cuts the net into blocks of `block` nodes: some thousands, set by the plan and not by the number of threads.

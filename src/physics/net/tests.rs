@@ -4,7 +4,7 @@ use glam::{DMat3, DQuat, DVec2, DVec3};
 
 use super::*;
 use crate::geometry::sheet::SheetMesh;
-use crate::plan::{BendingLaw, CordLaw, FabricLaw, MembraneLaw, OriginId, SpringTopology};
+use crate::plan::{BendingLaw, CordLaw, FabricLaw, MembraneLaw, OriginId, SeamLaw, SpringTopology};
 
 pub(super) fn fabric(membrane: MembraneLaw) -> FabricLaw {
     FabricLaw { name: "cloth".into(), areal_density: 0.1, membrane, bending: None, damping: 0.0, origin: OriginId(0) }
@@ -20,6 +20,10 @@ pub(super) fn cord() -> CordLaw {
         damping: 0.0,
         origin: OriginId(0),
     }
+}
+
+pub(super) fn seam() -> SeamLaw {
+    SeamLaw { width: 0.3, stiffness: 400.0, bending: None, pull: None, tape: None }
 }
 
 /// Numbers in −1..1 from a seed.
@@ -80,6 +84,9 @@ fn case(law: &FabricLaw, cord: &CordLaw) -> Case {
     builder.add_sheet(PartId(0), &mesh, &node_of, law);
     let row: Vec<u32> = (0..6).map(|i| 12 + i).collect();
     builder.add_line(PartId(1), &row, &[0.08; 5], false, cord);
+    let (bottom, top) = ([0, 1, 2, 3, 4, 5], [24, 26, 27, 29]);
+    let strip = Strip { edges: [&bottom, &top], spacing: [&[0.1; 5], &[0.2, 0.1, 0.2]] };
+    builder.add_strip(PartId(2), &strip, &seam());
     let mut draw = Draw(3);
     let x = mesh.position.iter().map(|p| *p + 0.02 * draw.vector()).collect();
     let v = mesh.position.iter().map(|_| draw.vector()).collect();
@@ -89,7 +96,7 @@ fn case(law: &FabricLaw, cord: &CordLaw) -> Case {
 impl Case {
     fn forces(&mut self) -> Vec<DVec3> {
         let mut force = vec![DVec3::ZERO; self.x.len()];
-        self.elements.forces(&self.x, &self.v, &mut force, &mut [PartSums::default(); 2]);
+        self.elements.forces(&self.x, &self.v, &mut force, &mut [PartSums::default(); 3]);
         force
     }
 
@@ -231,7 +238,7 @@ fn damping_leaves_rigid_motion_alone_and_takes_from_any_other() {
         let still = case.forces();
         let spin = DVec3::new(3.0, -20.0, 7.0);
         case.v = case.x.iter().map(|x| spin.cross(*x) + DVec3::new(100.0, 3.0, -5.0)).collect();
-        let mut parts = [PartSums::default(); 2];
+        let mut parts = [PartSums::default(); 3];
         let mut moving = vec![DVec3::ZERO; case.x.len()];
         case.elements.forces(&case.x, &case.v, &mut moving, &mut parts);
         let scale = still.iter().map(|f| f.length()).fold(0.0, f64::max);
@@ -255,7 +262,7 @@ fn a_rigid_turn_stores_nothing() {
         let mut case = case(&law, &cord());
         let turn = DQuat::from_scaled_axis(DVec3::new(0.4, -1.3, 2.0));
         case.x = mesh.position.iter().map(|x| turn * *x + DVec3::new(5.0, -2.0, 9.0)).collect();
-        let mut parts = [PartSums::default(); 2];
+        let mut parts = [PartSums::default(); 3];
         case.elements.forces(&case.x, &case.v, &mut vec![DVec3::ZERO; case.x.len()], &mut parts);
         assert!(parts[0].stored < 1e-20 && parts[0].largest_strain.abs() < 1e-12, "{:?}", parts[0]);
     }
@@ -422,4 +429,107 @@ fn the_lumped_mass_is_that_of_the_cloth() {
     assert!((line_mass(&[0.1, 0.2, 0.3], 4, &cord).iter().sum::<f64>() - 0.004 * 0.6).abs() < 1e-15);
     let closed = line_mass(&[0.1, 0.3], 2, &cord);
     assert!(closed.iter().all(|m| (m - 0.0008).abs() < 1e-18), "{closed:?}");
+}
+
+#[test]
+fn a_seam_carries_the_same_force_per_length_whatever_its_nodes() {
+    // Two parallel edges 2 m long, 0.5 m apart, with 5 and 8 nodes: stiffness·(0.5/0.3 − 1) per metre.
+    let (one, two): (Vec<u32>, Vec<u32>) = ((0..5).collect(), (5..13).collect());
+    let (first, second) = (vec![0.5; 4], vec![2.0 / 7.0; 7]);
+    let strip = Strip { edges: [&one, &two], spacing: [&first, &second] };
+    let mut x: Vec<DVec3> = (0..5).map(|i| DVec3::new(0.5 * f64::from(i), 0.0, 0.0)).collect();
+    x.extend((0..8).map(|i| DVec3::new(2.0 / 7.0 * f64::from(i), 0.5, 0.0)));
+    let mut builder = Elements::builder(13);
+    builder.add_strip(PartId(0), &strip, &seam());
+    let mut elements = builder.finish(4);
+    let mut force = vec![DVec3::ZERO; 13];
+    elements.forces(&x, &vec![DVec3::ZERO; 13], &mut force, &mut [PartSums::default()]);
+    let expected = DVec3::Y * (400.0 * (0.5 / 0.3 - 1.0) * 2.0);
+    assert!((force[..5].iter().sum::<DVec3>() - expected).length() < 1e-10 * expected.y);
+    assert!((force[5..].iter().sum::<DVec3>() + expected).length() < 1e-10 * expected.y);
+    // An inner node of the first edge stands for 0.5 m and gets no less than its half.
+    assert!(force[2].y > 0.5 * expected.y / 4.0);
+    let mut pull = vec![DVec3::ZERO; 13];
+    elements.draw_together(PartId(0), &x, 10.0, &mut pull);
+    assert!((pull[..5].iter().sum::<DVec3>() - DVec3::Y * 20.0).length() < 1e-12);
+    let mut gaps = vec![];
+    elements.gaps(PartId(0), &x, &mut gaps);
+    assert!(gaps.len() == 13 && gaps.iter().all(|gap| (gap - 0.5).abs() < 1e-12));
+    let mass = vec![0.01; 13];
+    let bound = strip_bound(&strip, &seam(), &mass);
+    assert!(bound.omega > (2.0f64 * 400.0 * 2.0 / 0.3 / (13.0 * 0.01)).sqrt(), "{bound:?}");
+}
+
+/// A line of `count` segments along x, each `pitch` long.
+fn line(count: u32, pitch: f64, law: &CordLaw) -> (Elements, Vec<DVec3>) {
+    let nodes: Vec<u32> = (0..=count).collect();
+    let mut builder = Elements::builder(nodes.len());
+    builder.add_line(PartId(0), &nodes, &vec![0.1; count as usize], false, law);
+    let x = nodes.iter().map(|i| DVec3::X * (pitch * f64::from(*i))).collect();
+    (builder.finish(4), x)
+}
+
+fn end_force(elements: &mut Elements, x: &[DVec3]) -> (DVec3, PartSums) {
+    let mut force = vec![DVec3::ZERO; x.len()];
+    let mut parts = [PartSums::default()];
+    elements.forces(x, &vec![DVec3::ZERO; x.len()], &mut force, &mut parts);
+    (force[0], parts[0])
+}
+
+#[test]
+fn lines_go_slack_are_hauled_in_break_and_are_cut() {
+    let law = CordLaw { strength: Some(90.0), ..cord() };
+    let (mut elements, x) = line(6, 0.099, &law);
+    let (force, sums) = end_force(&mut elements, &x);
+    assert!(force == DVec3::ZERO && sums.stored == 0.0 && !sums.over, "slack");
+    // Hauled in to 0.09 m a segment of 0.099 m is at a strain of exactly a tenth, and at its strength.
+    elements.set_rest_ratio(PartId(0), 0.9);
+    let (force, sums) = end_force(&mut elements, &x);
+    assert!((force - DVec3::X * 90.0).length() < 1e-10, "{force}");
+    assert!((sums.largest_strain - 0.1).abs() < 1e-12 && (sums.stored - 6.0 * 0.5 * 90.0 * 0.009).abs() < 1e-12);
+    elements.set_rest_ratio(PartId(0), 0.89);
+    assert!(end_force(&mut elements, &x).1.over);
+    let mut over = vec![];
+    elements.overloaded(PartId(0), &x, &mut over);
+    assert_eq!(over, [0, 1, 2, 3, 4, 5]);
+    elements.cut_segment(PartId(0), 2);
+    elements.overloaded(PartId(0), &x, &mut over);
+    assert_eq!(over, [0, 1, 3, 4, 5]);
+    elements.cut_segments(PartId(0), &[2, 3]);
+    elements.cut_node(PartId(0), 0);
+    elements.overloaded(PartId(0), &x, &mut over);
+    assert_eq!(over, [1, 4, 5]);
+    assert_eq!(end_force(&mut elements, &x).0, DVec3::ZERO);
+    let mut tensions = vec![];
+    elements.tensions(PartId(0), &x, &mut tensions);
+    assert!(tensions.len() == 3 && tensions.iter().all(|t| (t - 900.0 * (0.099 / 0.089 - 1.0)).abs() < 1e-10));
+}
+
+#[test]
+fn cutting_a_node_of_a_sheet_leaves_a_hole() {
+    let mut case = case(&fabric(ISOTROPIC), &cord());
+    case.elements.cut_node(PartId(0), 14);
+    case.elements.cut_node(PartId(1), 14);
+    assert_eq!(case.forces()[14], DVec3::ZERO);
+    assert!(case.elements.areas(PartId(0)).sum::<f64>() < 0.2 - 0.01);
+}
+
+#[test]
+fn the_cap_holds_and_its_work_is_what_the_springs_lost() {
+    let law = fabric(MembraneLaw::Springs { topology: SpringTopology::Full, stiffness: 300.0, cap: 0.05 });
+    let mesh = sheet(1, 1, 0.1, 0.0);
+    let mut builder = Elements::builder(4);
+    builder.add_sheet(PartId(0), &mesh, &[0, 1, 2, 3], &law);
+    let elements = builder.finish(8);
+    assert!(elements.capped());
+    let mut x = mesh.position.clone();
+    assert_eq!(elements.correct(&mut x, &[1.0; 4]), Corrected::default());
+    x[1].x += 0.02;
+    let before = elements.stored(&x);
+    let corrected = elements.correct(&mut x, &[0.0, 2.0, 2.0, 2.0]);
+    assert!(corrected.springs >= 1 && corrected.stored < 0.0);
+    assert!((elements.stored(&x) - before - corrected.stored).abs() < 1e-15);
+    assert!(x[0] == DVec3::ZERO && (x[1].x - 0.105).abs() < 1e-9, "{x:?}");
+    // Only the held node's partner moved the middle of mass.
+    assert!(corrected.moved.x < 0.0 && (corrected.moved.x + 0.5 * 0.015).abs() < 2e-3, "{corrected:?}");
 }
