@@ -8,8 +8,9 @@ use std::ops::Range;
 use glam::DVec4;
 
 use super::bar::Bar;
+use super::elements::Sets;
 use super::fours::{self, Corners, Packs};
-use super::sets::{BarSet, FormSet, TriangleSet};
+use super::strip::Hold;
 
 /// The node of triangles that fill a pack: none of the net's.
 const FILLER: u32 = u32::MAX;
@@ -23,6 +24,7 @@ pub struct Block {
     pub triangles: Vec<Triangles>,
     pub bars: Vec<Bars>,
     pub forms: Vec<Form>,
+    pub strips: Vec<Strips>,
 }
 
 /// Triangles of one set in a block, four to a pack: first those whose first corner is a node of the block, which enter
@@ -44,6 +46,14 @@ pub struct Bars {
     pub owned: usize,
     pub nodes: Vec<[u32; 2]>,
     pub bars: Vec<Bar>,
+}
+
+#[derive(Clone, Debug)]
+pub struct Strips {
+    pub set: u32,
+    pub owned: usize,
+    pub nodes: Vec<[u32; 3]>,
+    pub holds: Vec<Hold>,
 }
 
 #[derive(Clone, Debug)]
@@ -73,13 +83,13 @@ fn shared_out<const N: usize>(nodes: &[[u32; N]], size: u32, blocks: usize) -> V
 }
 
 /// Cuts `count` nodes into blocks of `size` and gives each its elements.
-pub fn cut(count: usize, size: usize, triangles: &[TriangleSet], bars: &[BarSet], forms: &[FormSet]) -> Vec<Block> {
+pub fn cut(count: usize, size: usize, sets: &Sets) -> Vec<Block> {
     let size32 = size as u32;
     let blocks = count.div_ceil(size);
     let mut made: Vec<Block> = (0..blocks)
         .map(|b| Block { nodes: (b * size) as u32..((b + 1) * size).min(count) as u32, ..Block::default() })
         .collect();
-    for (set, triangles) in triangles.iter().enumerate().filter(|(_, set)| !set.springs.is_empty()) {
+    for (set, triangles) in sets.triangles.iter().enumerate().filter(|(_, set)| !set.springs.is_empty()) {
         for (block, [own, shared]) in made.iter_mut().zip(shared_out(&triangles.nodes, size32, blocks)) {
             if own.is_empty() && shared.is_empty() {
                 continue;
@@ -98,7 +108,7 @@ pub fn cut(count: usize, size: usize, triangles: &[TriangleSet], bars: &[BarSet]
             });
         }
     }
-    for (set, bars) in bars.iter().enumerate() {
+    for (set, bars) in sets.bars.iter().enumerate() {
         for (block, [own, shared]) in made.iter_mut().zip(shared_out(&bars.nodes, size32, blocks)) {
             let owned = own.len();
             let list: Vec<usize> = own.into_iter().chain(shared).map(|e| e as usize).collect();
@@ -108,7 +118,17 @@ pub fn cut(count: usize, size: usize, triangles: &[TriangleSet], bars: &[BarSet]
             }
         }
     }
-    for (set, form) in forms.iter().enumerate() {
+    for (set, strips) in sets.strips.iter().enumerate() {
+        for (block, [own, shared]) in made.iter_mut().zip(shared_out(&strips.nodes, size32, blocks)) {
+            let owned = own.len();
+            let list: Vec<usize> = own.into_iter().chain(shared).map(|e| e as usize).collect();
+            if !list.is_empty() {
+                let (nodes, holds) = (pick(&strips.nodes, &list), pick(&strips.holds, &list));
+                block.strips.push(Strips { set: set as u32, owned, nodes, holds });
+            }
+        }
+    }
+    for (set, form) in sets.forms.iter().enumerate() {
         for block in &mut made {
             let from = form.rows.partition_point(|row| *row < block.nodes.start);
             let to = form.rows.partition_point(|row| *row < block.nodes.end);
@@ -143,6 +163,7 @@ fn localise(block: &mut Block) {
     };
     block.triangles.iter().for_each(|t| t.nodes.as_flattened().as_flattened().iter().for_each(&mut seen));
     block.bars.iter().for_each(|b| b.nodes.as_flattened().iter().for_each(&mut seen));
+    block.strips.iter().for_each(|s| s.nodes.as_flattened().iter().for_each(&mut seen));
     block.forms.iter().for_each(|f| f.columns.iter().for_each(&mut seen));
     halo.sort_unstable();
     halo.dedup();
@@ -152,6 +173,7 @@ fn localise(block: &mut Block) {
     };
     block.triangles.iter_mut().for_each(|t| t.nodes.as_flattened_mut().as_flattened_mut().iter_mut().for_each(local));
     block.bars.iter_mut().for_each(|b| b.nodes.as_flattened_mut().iter_mut().for_each(local));
+    block.strips.iter_mut().for_each(|s| s.nodes.as_flattened_mut().iter_mut().for_each(local));
     block.forms.iter_mut().for_each(|f| f.columns.iter_mut().chain(&mut f.rows).for_each(local));
     block.halo = halo;
 }

@@ -50,10 +50,15 @@ pub fn springs(material: [DVec2; 3], elasticity: DMat3) -> Springs {
 }
 
 /// The highest frequency of a triangle of `mass` (kg) alone, a third at each corner, at rest, rad/s.
-///
-/// With the Cholesky factor of C the eigenvalues of M⁻¹K are those of the 3×3 form LᵀGL, G the products of the strains'
-/// slopes; the largest is found in closed form.
 pub fn frequency(springs: &Springs, material: [DVec2; 3], mass: f64) -> f64 {
+    squared_frequency(springs, material, [3.0 / mass; 3]).sqrt()
+}
+
+/// The square of the highest frequency at rest with these inverse masses (1/kg) at the corners, 1/s².
+///
+/// With the Cholesky factor of C the eigenvalues of M⁻¹K are those of the 3×3 form LᵀGL, G the products of the slopes
+/// of d; the largest is found in closed form.
+pub fn squared_frequency(springs: &Springs, material: [DVec2; 3], inverse_mass: [f64; 3]) -> f64 {
     let edges = edges(material.map(|m| m.extend(0.0)));
     let slope = |a: usize, i: usize| {
         // Corner i is the end of edge i+1 and the start of edge i+2.
@@ -63,11 +68,11 @@ pub fn frequency(springs: &Springs, material: [DVec2; 3], mass: f64) -> f64 {
     let mut products = DMat3::ZERO;
     for a in 0..3 {
         for b in 0..3 {
-            products.col_mut(b)[a] = (0..3).map(|i| slope(a, i).dot(slope(b, i))).sum();
+            products.col_mut(b)[a] = (0..3).map(|i| slope(a, i).dot(slope(b, i)) * inverse_mass[i]).sum();
         }
     }
     let factor = cholesky(&springs.stiffness);
-    (largest_eigenvalue(factor.transpose() * products * factor) * 3.0 / mass).sqrt()
+    largest_eigenvalue(factor.transpose() * products * factor)
 }
 
 /// L of C = LLᵀ.

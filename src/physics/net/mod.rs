@@ -5,14 +5,18 @@
 //! not depend on the number of threads.
 
 pub mod bar;
+mod bending;
 mod blocks;
 mod bound;
 mod build;
 mod elements;
+mod epochs;
 mod fours;
+mod grid;
 mod loads;
 pub mod membrane;
 mod sets;
+mod strip;
 mod sweep;
 mod tangent;
 #[cfg(test)]
@@ -21,6 +25,8 @@ mod tests;
 pub use bound::{Bound, line_bound, line_mass, lumped_mass, sheet_bound};
 pub use build::Builder;
 pub use elements::{Elements, KickView, Kicked};
+pub use epochs::Corrected;
+pub use strip::{Strip, strip_bound};
 
 use glam::DVec3;
 

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::PartSums;
 use super::bar::{self, BOTH, COMPRESSION, TENSION, Way};
-use super::blocks::{Bars, Block, Form};
+use super::blocks::{Bars, Block, Form, Strips};
 use super::elements::Sets;
 use super::fours;
 
@@ -79,6 +79,9 @@ pub fn sweep(
     for form in &block.forms {
         next(bend(form, scratch));
     }
+    for strips in &block.strips {
+        next(hold(strips, scratch));
+    }
 }
 
 fn pull<const WAY: u8, const DAMPED: bool>(bars: &Bars, ratio: f64, strength: f64, scratch: &mut Scratch) -> PartSums {
@@ -108,6 +111,21 @@ fn pull<const WAY: u8, const DAMPED: bool>(bars: &Bars, ratio: f64, strength: f6
     }
     sums.over = strain >= strength;
     sums.largest_strain = strain;
+    sums
+}
+
+fn hold(strips: &Strips, scratch: &mut Scratch) -> PartSums {
+    let x = &scratch.x[..];
+    let f = &mut scratch.f[..x.len()];
+    let mut sums = PartSums { largest_strain: f64::NEG_INFINITY, ..PartSums::default() };
+    for (element, (nodes, hold)) in strips.nodes.iter().zip(&strips.holds).enumerate() {
+        let nodes = nodes.map(|n| n as usize);
+        let pull = hold.spring.pull::<BOTH, false>(hold.gap(nodes.map(|n| x[n])), DVec3::ZERO);
+        nodes.into_iter().zip(hold.weights()).for_each(|(n, w)| f[n] -= pull.force * w);
+        if element < strips.owned {
+            sums.stored += pull.stored;
+        }
+    }
     sums
 }
 
