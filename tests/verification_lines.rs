@@ -4,8 +4,9 @@ mod net_plans;
 
 use glam::DVec3;
 use net_plans::{Draft, GRAVITY, Rows, Step, cord, point, run_to_end, run_with};
-use ripstop::backend::Value;
-use ripstop::plan::{Op, Plan, PointRef, Quantity, Reading, Sink};
+use ripstop::backend::{Observer, Silent, State, Value};
+use ripstop::geometry::sheet::LineRecipe;
+use ripstop::plan::{CordLaw, Kernel, Node, Op, Plan, PointRef, Quantity, Reading, Recipe, Scheme, Sink};
 
 /// A bob of 1 kg on a massless spring of unit rest length and stiffness k, 2:1 in resonance: ω_spring = 2·ω_swing
 /// where k = 3mg/l₀. It starts at rest from (`x`, l₀ + mg/k + `z`) under the hook.
@@ -147,5 +148,92 @@ fn ties_join_masses_a_millionfold_apart() {
             assert!((*x - start - exact).length() < 1e-9, "{ratio:e}: {x}");
         }
         assert!(outcome.ledger.closure() < 1e-6, "{:e}", outcome.ledger.closure());
+    }
+}
+
+/// Sag of an inextensible line of length `s` over a span `d`: a(cosh(d/2a) − 1) with 2a·sinh(d/2a) = s.
+fn sag(s: f64, d: f64) -> f64 {
+    let (mut low, mut high) = (1e-3 * d, 1e3 * d);
+    for _ in 0..200 {
+        let a = 0.5 * (low + high);
+        if 2.0 * a * (0.5 * d / a).sinh() > s { low = a } else { high = a }
+    }
+    low * ((0.5 * d / low).cosh() - 1.0)
+}
+
+/// A slack line that lies sideways at first: Newton's statics and a swing that the scheme damps find its sag.
+#[test]
+fn a_slack_line_hangs_in_the_catenary() {
+    let (span, length, segments) = (1.0, 1.3, 64);
+    let exact = sag(length, span);
+    let mut found = Vec::new();
+    for kind in ["newton", "backward euler"] {
+        let mut draft = Draft::new();
+        let law = CordLaw { tension_only: true, ..cord(2e4, 0.05) };
+        let path = LineRecipe {
+            through: vec![[0.0; 3], [span, 0.0, 0.0]],
+            length,
+            segments: vec![segments],
+            closed: false,
+            gravity: [0.0, 9.0, -1.0],
+        };
+        let line = draft.domain("line", Recipe::Line { path, law, velocity: [0.0; 3] }, 1024);
+        let mut each = vec![draft.gravity(), draft.fix(line, vec![[0, 1], [segments, segments + 1]])];
+        let (last, step, duration) = match kind {
+            "newton" => (vec![Kernel::Equilibrium { residual: 1e-8 }], 1.0, None),
+            _ => (vec![Kernel::Integrate(Scheme::BackwardEuler { residual: 1e-6 })], 0.02, Some(20.0)),
+        };
+        for kernel in last {
+            each.push(draft.pass(kernel));
+        }
+        each.extend([Node::Commit, Node::Emit]);
+        let each = Box::new(Node::Seq(each));
+        draft.body.schedule = Node::Run { step, duration, most_steps: 400_000, each };
+        let outcome = run_to_end(&draft.finish(), 1);
+        let middle = outcome.state.net.position[segments as usize / 2];
+        println!(
+            "{kind:15} sag {:.6} m, exact {exact:.6}, {} steps, closure {:.1e}",
+            -middle.z,
+            outcome.steps,
+            outcome.ledger.closure()
+        );
+        assert!((-middle.z / exact - 1.0).abs() < 1e-3, "{kind}: {middle}");
+        assert!(middle.y.abs() < 2e-3, "{kind}: {middle}");
+        found.push(-middle.z);
+    }
+    assert!((found[0] - found[1]).abs() < 1e-4 * found[0]);
+}
+
+/// A state taken half-way goes on to the same bits, with every kind of scheme.
+#[test]
+fn a_run_from_a_checkpoint_has_the_bits_of_an_uninterrupted_one() {
+    struct Half(Option<State>, u64);
+    impl Observer for Half {
+        fn checkpoint(&mut self, state: &State) {
+            if self.0.is_none() && state.step >= self.1 {
+                self.0 = Some(state.clone());
+            }
+        }
+    }
+    let schemes = [
+        Step::Leapfrog,
+        Step::Whole(Scheme::Rk4),
+        Step::Whole(Scheme::Embedded { tolerance: 1e-5 }),
+        Step::Whole(Scheme::Bdf2 { residual: 1e-8 }),
+        Step::Whole(Scheme::Midpoint { residual: 1e-8 }),
+    ];
+    for by in schemes {
+        let mut plan = pendulum(0.1, 0.05, by, 0.01, 2.0);
+        plan.body.sinks.push(Sink::Checkpoint { wall_seconds: 0.0 });
+        let mut half = Half(None, 100);
+        let whole = run_with(&plan, 1, None, &mut half);
+        let state = half.0.expect("a checkpoint was taken");
+        assert!(state.step < whole.steps);
+        // As written and read again.
+        let text = serde_json::to_string(&state).expect("a state is JSON");
+        let read: State = serde_json::from_str(&text).expect("and back");
+        let resumed = run_with(&plan, 2, Some(&read), &mut Silent);
+        assert_eq!(resumed.state.net, whole.state.net, "{}", whole.steps);
+        assert_eq!(resumed.state.ledger, whole.state.ledger);
     }
 }

@@ -4,7 +4,7 @@
 #[path = "../chain_plans/mod.rs"]
 pub mod chain_plans;
 
-pub use chain_plans::{ALWAYS, Draft};
+pub use chain_plans::Draft;
 use ripstop::backend::cpu::{Inputs, RunOptions, run};
 use ripstop::backend::{Observer, Outcome, Silent, State};
 use ripstop::geometry::sheet::{Lay, LineRecipe, Mesh, Pattern, Placement, SheetRecipe};

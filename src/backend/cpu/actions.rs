@@ -344,6 +344,7 @@ impl Engine<'_> {
             if self.net.net.inverse_mass[i] == 0.0 {
                 continue;
             }
+            self.net.note_change(*node);
             let dv = replace(DVec3::ZERO, -self.net.net.velocity[i], axes);
             self.net.net.velocity[i] += dv;
             let impulse = dv * self.net.net.mass[i];
@@ -384,6 +385,7 @@ impl Engine<'_> {
         }
         for (node, part) in &action.net {
             let i = *node as usize;
+            self.net.note_change(*node);
             // The kick took the node for free: what is left to the support is the whole change from v*.
             let impulse = (velocity - self.net.net.velocity[i]) * self.net.net.mass[i];
             self.net.net.velocity[i] = velocity;

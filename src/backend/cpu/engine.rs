@@ -123,6 +123,7 @@ impl<'p> Engine<'p> {
             net,
             parts,
         };
+        engine.check_scheme()?;
         engine.actions = super::actions::actions(&engine)?;
         engine.open_tapes()?;
         if let Some(state) = resume {

@@ -8,6 +8,7 @@ use crate::backend::cpu::engine::{Engine, longest_step};
 use crate::backend::observe::HaltReason;
 use crate::backend::solve::{BlockMatrix, dot};
 use crate::physics::{draw, gershgorin};
+use crate::plan::Scheme;
 
 /// Steps between two looks at the bound.
 const EVERY: u64 = 2048;
@@ -122,8 +123,8 @@ impl Engine<'_> {
         let row = self.sure_row(&inverse).filter(|row| !within(row))?;
         let part = self.net.parts.iter().position(|part| part.node_of.contains(&row.node))?;
         let message = format!(
-            "a step of {:.4} µs is over the stable bound of {:.4} µs that {} sets ({:.3e} rad/s at its node {})",
-            step * 1e6,
+            "the step is {:.4} times the stable one of {:.4} µs (of leapfrog) that {} sets ({:.3e} rad/s at its node {})",
+            step / row.step,
             row.step * 1e6,
             self.net.parts[part].name,
             row.omega,
@@ -132,13 +133,20 @@ impl Engine<'_> {
         Some((message, part))
     }
 
-    /// Refuses a step over the stable bound (without the planner's safety) where the net is stepped by kicks.
-    pub(in crate::backend::cpu) fn check_net_bound(&self) -> Result<(), Refusal> {
-        if self.net.is_empty() || self.is_whole() {
-            return Ok(());
+    /// What a step is to leapfrog's bound: the imaginary axis is stable up to 2 for leapfrog, 2√2 for the classical
+    /// fourth-order rule. None where the scheme has no bound, or has its own eye on it, or is unstable at any step.
+    fn share_of_bound(&self) -> Option<f64> {
+        match (self.net.is_empty(), self.is_whole(), self.program.scheme) {
+            (false, false, _) => Some(1.0),
+            (false, true, Some(Scheme::Rk4)) => Some(std::f64::consts::FRAC_1_SQRT_2),
+            _ => None,
         }
-        let Some(step) = longest_step(&self.program.root) else { return Ok(()) };
-        match self.over_the_bound(step) {
+    }
+
+    /// Refuses a step over the stable bound (without the planner's safety) 
+    pub(in crate::backend::cpu) fn check_net_bound(&self) -> Result<(), Refusal> {
+        let (Some(share), Some(step)) = (self.share_of_bound(), longest_step(&self.program.root)) else { return Ok(()) };
+        match self.over_the_bound(step * share) {
             None => Ok(()),
             Some((message, part)) => Err(Refusal::new(message, Some(self.net.parts[part].origin))),
         }
@@ -146,10 +154,10 @@ impl Engine<'_> {
 
     /// Now and then while running: stops a run whose step the net has outgrown.
     pub(in crate::backend::cpu) fn watch_net_bound(&mut self) {
-        if self.net.is_empty() || !self.step.is_multiple_of(EVERY) || self.step == 0 {
+        let Some(share) = self.share_of_bound().filter(|_| self.step > 0 && self.step.is_multiple_of(EVERY)) else {
             return;
-        }
-        if let Some((message, part)) = self.over_the_bound(self.h) {
+        };
+        if let Some((message, part)) = self.over_the_bound(self.h * share) {
             let (name, origin) = (self.net.parts[part].name.clone(), self.net.parts[part].origin);
             self.stop(HaltReason::StepBound, message, Some(name), Some(origin));
         }

@@ -46,12 +46,13 @@ impl Engine<'_> {
         newton.from.copy_from_slice(&self.net.net.position);
         let searched = self.search(&mut newton, &mut |engine, newton, share| engine.rest_residual(newton, share));
         let after = largest(&newton);
+        let rounding = newton.rounding;
         let good = searched.share > 0.5 && !shortened && after < before;
         factor *= if good { 0.1 * (after / before).max(0.01) * 10.0 / 3.0 } else { 2.0 };
         self.net.memory.substep = factor;
         self.net.give_newton(newton);
         self.end_at_rest();
-        if after <= limit * self.net_largest_force().max(self.largest_outer_force()) {
+        if after <= limit * self.net_largest_force().max(self.largest_outer_force()) + rounding {
             self.settled = true;
         }
     }

@@ -51,6 +51,7 @@ impl NetRun {
 
     /// An impulse (N·s) on a node; its support takes it where it is held.
     pub fn push(&mut self, node: u32, impulse: DVec3) {
+        self.note_change(node);
         let i = node as usize;
         self.net.velocity[i] += impulse * self.net.inverse_mass[i];
     }

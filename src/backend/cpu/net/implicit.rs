@@ -113,12 +113,7 @@ impl Engine<'_> {
         let largest = |forces: &mut dyn Iterator<Item = DVec3>| forces.map(|f| f.length()).fold(0.0, f64::max);
         let left = largest(&mut newton.residual.iter().copied());
         let scale = largest(&mut self.net.room.force.iter().copied()).max(self.net_largest_force());
-        // What rounding leaves of M·x/γ² is no residual.
-        let rounding = (0..stage.a.len()).map(|i| {
-            let size = stage.a[i].length() + stage.gamma * stage.b[i].length();
-            self.net.net.mass[i] * size / (stage.gamma * stage.gamma)
-        });
-        left <= stage.residual * scale + 8.0 * f64::EPSILON * rounding.fold(0.0, f64::max)
+        left <= stage.residual * scale + newton.rounding
     }
 
     /// r = F(x, v) − M(v − b)/γ at `from + share·step`.

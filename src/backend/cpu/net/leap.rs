@@ -65,7 +65,8 @@ impl NetRun {
             load: &self.load,
         };
         let kicked = Kicked { velocity: &mut self.net.velocity, damping: &mut self.damping };
-        self.elements.kick(view, h, gravity, kicked, &mut self.sums);
+        self.kicked = self.elements.kick(view, h, gravity, kicked, &mut self.sums);
+        self.changed.clear();
         let force = |i: &u32| {
             let i = *i as usize;
             self.net.mass[i] * ((self.net.velocity[i] - self.before[i]) / h - gravity).length()
@@ -83,8 +84,16 @@ impl NetRun {
         }
     }
 
+    /// Whether the kick's own sums over all nodes are one part's, with nothing else to be told apart.
+    fn is_plain(&self) -> bool {
+        self.plain && self.load.is_empty()
+    }
+
     /// Kinetic energy of a part at xₙ, J: ½v⁻·(m·v⁻ + h·f) with the elastic force f, from v* = v⁻ + h·(f + others)/m.
     pub fn kinetic(&self, part: usize, h: f64, gravity: DVec3) -> f64 {
+        if self.is_plain() {
+            return if part == 0 { self.kicked.kinetic } else { 0.0 };
+        }
         let of = |i: usize| {
             let mass = self.net.mass[i];
             let others = at(&self.damping, i) + at(&self.load, i) + gravity * mass;
@@ -96,7 +105,10 @@ impl NetRun {
     }
 
     /// What a part's nodes receive over the step, with v⁻ in `before` and v⁺ as it came out.
-    fn received(&self, part: usize, h: f64, gravity: DVec3) -> Work {
+    fn received(&self, part: usize, h: f64, gravity: DVec3, touched: bool) -> Work {
+        if self.is_plain() && !touched {
+            return if part == 0 { self.received_plain(h, gravity) } else { Work::default() };
+        }
         let of = |i: usize| {
             let way = (self.before[i] + self.net.velocity[i]) * (0.5 * h);
             Work {
@@ -108,6 +120,24 @@ impl NetRun {
             }
         };
         over(self.parts[part].owned.clone(), of)
+    }
+
+    /// The kick's own sums, put right where actions changed a velocity after it.
+    fn received_plain(&self, h: f64, gravity: DVec3) -> Work {
+        let first = Work { gravity: self.kicked.gravity, damping: self.kicked.damping, ..Work::default() };
+        self.changed.iter().fold(first, |sum, (node, kicked)| {
+            let i = *node as usize;
+            let way = (self.net.velocity[i] - *kicked) * (0.5 * h);
+            let gravity = self.net.mass[i] * gravity.dot(way);
+            sum.plus(Work { gravity, damping: at(&self.damping, i).dot(way), ..Work::default() })
+        })
+    }
+
+    /// Notes v* of a node before an action changes it.
+    pub fn note_change(&mut self, node: u32) {
+        if self.plain && self.changed.iter().all(|(known, _)| *known != node) {
+            self.changed.push((node, self.net.velocity[node as usize]));
+        }
     }
 
     /// Anchors at the places and with the velocities of their bodies.
@@ -220,7 +250,7 @@ impl Engine<'_> {
         self.net.carry(&self.bodies);
         let first = self.net_account(0);
         for part in 0..self.net.parts.len() {
-            let work = self.net.received(part, h, gravity);
+            let work = self.net.received(part, h, gravity, self.touch.is_some());
             let now = &mut self.ledger.accounts[first + part].now;
             now.gravity += work.gravity;
             now.viscosity += work.damping;

@@ -23,7 +23,7 @@ pub use output::NetItem;
 pub use unfold::unfold;
 
 use crate::backend::state::NetState;
-use crate::physics::net::{Elements, Net, PartSums};
+use crate::physics::net::{Elements, Net, NodeSums, PartSums};
 use crate::plan::{DomainId, OriginId};
 
 /// What a part of the net is.
@@ -79,6 +79,11 @@ pub struct NetRun {
     pub sums: Vec<PartSums>,
     /// v⁻ of nodes; between steps, room for a measuring pass.
     pub before: Vec<DVec3>,
+    /// Sums of the last kick over all nodes; they are those of the only part where `plain`.
+    pub kicked: NodeSums,
+    pub plain: bool,
+    /// Nodes whose velocity actions changed after the kick, with v*; noted where `plain`.
+    pub changed: Vec<(u32, DVec3)>,
     /// Force of damping of the last kick, N; empty where nothing damps.
     pub damping: Vec<DVec3>,
     /// Elastic forces of anchors on bodies at the last kick, by body.

@@ -17,6 +17,8 @@ pub struct Newton {
     pub step: Vec<DVec3>,
     /// Where a line search starts.
     pub from: Vec<DVec3>,
+    /// Force that rounding of positions makes, N: the largest diagonal stiffness times place times ε.
+    pub rounding: f64,
     /// Free axes of each node, 1 or 0.
     free: Vec<DVec3>,
     still: Vec<DVec3>,
@@ -45,7 +47,8 @@ impl NetRun {
                 let solver = Solver::new(&matrix, &self.net.position);
                 let zero = vec![DVec3::ZERO; count];
                 let (residual, step, from) = (zero.clone(), zero.clone(), zero.clone());
-                Box::new(Newton { matrix, solver, gone, residual, step, from, free: zero.clone(), still: zero })
+                let (free, still, rounding) = (zero.clone(), zero, 0.0);
+                Box::new(Newton { matrix, solver, gone, residual, step, from, rounding, free, still })
             }
         }
     }
@@ -97,6 +100,9 @@ impl Newton {
         for (i, mass) in net.net.mass.iter().enumerate() {
             matrix.add(i as u32, i as u32, DMat3::from_diagonal(DVec3::splat(of_mass * mass)));
         }
+        let stiffness = |i: usize| matrix.diagonal(i).to_cols_array().iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+        let rounded = |i: usize| 16.0 * f64::EPSILON * stiffness(i) * x[i].length();
+        self.rounding = (0..x.len()).map(rounded).fold(0.0, f64::max);
         let free = &self.free;
         matrix.each_mut(|i, j, block| {
             let (row, column) = (free[i as usize], free[j as usize]);

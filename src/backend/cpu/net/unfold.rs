@@ -9,7 +9,7 @@ use super::{NetKind, NetPart, NetRun, Wrench, loads};
 use crate::backend::cpu::Refusal;
 use crate::backend::state::NetState;
 use crate::physics::Bodies;
-use crate::physics::net::{Elements, Net, PartId, PartSums, line_mass, lumped_mass};
+use crate::physics::net::{Elements, Net, NodeSums, PartId, PartSums, line_mass, lumped_mass};
 use crate::plan::{DomainId, EdgeRef, Join, Plan, Recipe};
 
 /// Nodes of a block where the plan has no say.
@@ -70,6 +70,9 @@ pub fn unfold(plan: &Plan, bodies: &mut Bodies) -> Result<NetRun, Refusal> {
     let sums = vec![PartSums::default(); parts.len()];
     Ok(NetRun {
         before: vec![DVec3::ZERO; count],
+        kicked: NodeSums::default(),
+        plain: parts.len() == 1 && numbering.anchors.is_empty(),
+        changed: Vec::new(),
         damping: vec![DVec3::ZERO; if elements.damped() { count } else { 0 }],
         elastic: vec![Wrench::default(); bodies.position.len()],
         wrench: vec![Wrench::default(); bodies.position.len()],

@@ -5,10 +5,11 @@ use glam::DVec3;
 
 use super::leap::spin_change;
 use crate::backend::cpu::actions::ActionKind;
+use crate::backend::cpu::Refusal;
 use crate::backend::cpu::engine::Engine;
 use crate::backend::ledger::Balance;
 use crate::physics::rigid;
-use crate::plan::{Axes, Scheme};
+use crate::plan::{Axes, Kernel, Pass, Scheme};
 
 /// Room of the schemes; nothing of it outlives a step but `inner`.
 #[derive(Debug, Default)]
@@ -61,11 +62,40 @@ impl Engine<'_> {
         self.program.scheme.is_some() || self.program.equilibrium.is_some()
     }
 
+    /// Refuses what a scheme that takes the whole step cannot carry.
+    pub(in crate::backend::cpu) fn check_scheme(&self) -> Result<(), Refusal> {
+        let takes = |pass: &&Pass| matches!(pass.kernel, Kernel::Integrate(_) | Kernel::Equilibrium { .. });
+        let Some(pass) = self.plan.body.passes.iter().find(takes) else { return Ok(()) };
+        let refuse = |message: &str| Err(Refusal::new(message, Some(pass.origin)));
+        if !self.parts.is_empty() {
+            return refuse("yarns are stepped by leapfrog or symplectic Euler alone; this scheme moves sheets and lines");
+        }
+        if self.program.contact.as_ref().is_some_and(|contact| !contact.rules.is_empty()) {
+            return refuse("contact works with leapfrog and symplectic Euler alone, not with this scheme");
+        }
+        let explicit = matches!(
+            pass.kernel,
+            Kernel::Integrate(Scheme::Euler | Scheme::Rk4 | Scheme::Embedded { .. })
+        );
+        let moving = |anchor: &super::Anchor| self.bodies.inverse_mass[anchor.body as usize] > 0.0;
+        if let Some(anchor) = self.net.anchors.iter().find(|anchor| !explicit && moving(anchor)) {
+            let body = &self.body_part.recipes[anchor.body as usize];
+            let message = format!(
+                "lines hang on the body `{}`, and implicit schemes do not move bodies with lines yet: take leapfrog, \
+                 rk4 or the embedded pair, or make it a point",
+                body.name
+            );
+            return Err(Refusal::new(message, Some(body.origin)));
+        }
+        Ok(())
+    }
+
     /// One step by a scheme.
     pub(in crate::backend::cpu) fn integrate(&mut self, scheme: Scheme) {
         self.time_actions();
         self.constrain();
         self.look();
+        self.watch_net_bound();
         if self.halt.is_some() {
             return;
         }
