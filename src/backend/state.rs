@@ -8,6 +8,7 @@ use super::tape::Memory;
 use crate::physics::Run;
 use crate::physics::breaking::Spent;
 use crate::physics::contact::ContactMemory;
+use crate::physics::contact::cloth::ClothMemory;
 
 /// Everything that the plan does not give. Arrays over nodes run over all chain domains in plan order.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -39,6 +40,8 @@ pub struct State {
     /// Impulses that the next contact step starts from.
     #[serde(default)]
     pub contact: ContactMemory,
+    #[serde(default)]
+    pub net_contact: ClothMemory,
     pub ledger: Ledger,
     /// Accumulators of each tape.
     pub tapes: Vec<Memory>,

@@ -3,7 +3,7 @@
 //! Core time a node and step of each kernel, from the wall time by group of the shipped scenes on one thread; a whole run
 //! comes within a factor of two of it, most of which is how many yarns are touched at a time.
 
-use super::{Body, ContactVariant, Kernel, Op, Quantity, Sink};
+use super::{Body, ContactVariant, Kernel, Op, Quantity, Scheme, Sink};
 
 /// Version of the numbers below.
 pub const TABLE: u32 = 2;
@@ -67,7 +67,20 @@ fn nanoseconds(kernel: &Kernel, flattens: bool) -> f64 {
                 (false, false) => 130.0,
             }
         }
+        // A triangle or a hinge has about two a node.
+        Kernel::Membrane { .. } | Kernel::Bending { .. } => 25.0,
+        Kernel::Cord { .. } | Kernel::Pressure(_) | Kernel::QuasiSteady(_) => 10.0,
+        Kernel::Seams => 5.0,
+        Kernel::NetContact { .. } => 60.0,
+        Kernel::Integrate(Scheme::Euler | Scheme::Rk4 | Scheme::Embedded { .. }) => 120.0,
+        // A few factorisations of three rows a node.
+        Kernel::Integrate(_) | Kernel::Equilibrium { .. } => 40_000.0,
         // Found together with the touches, held with the kick, or done once a run.
-        Kernel::Candidates { .. } | Kernel::Fix { .. } | Kernel::Drive { .. } | Kernel::HalfKick => 0.0,
+        Kernel::Candidates { .. }
+        | Kernel::Fix { .. }
+        | Kernel::Drive { .. }
+        | Kernel::Cut { .. }
+        | Kernel::Stretch { .. }
+        | Kernel::HalfKick => 0.0,
     }
 }

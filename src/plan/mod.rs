@@ -29,7 +29,7 @@ pub use net::{
     BendingLaw, CanopyAir, CordLaw, EdgeRef, FabricLaw, Join, MembraneLaw, PointRecipe, PointRef, Pressure,
     QuasiSteady, Scheme, SeamLaw, SpringTopology,
 };
-pub use pass::{Axes, ContactRule, ContactSide, ContactVariant, Cost, Drive, Kernel, Pass, PassId, Timing};
+pub use pass::{Axes, ContactRule, ContactSide, ContactVariant, Cost, Drive, Kernel, NetSkin, Pass, PassId, Timing};
 pub use schedule::Node;
 pub use sink::{Check, Format, PictureView, Sink};
 pub use tape::{Op, Quantity, Reading, Reduction, Slot, Tape, TapeId};

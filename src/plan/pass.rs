@@ -57,6 +57,9 @@ pub enum Kernel {
     /// Narrow phase and impulses over all rules; at most `sweeps` Gauss–Seidel sweeps a step, ended when the largest
     /// predicted overlap is under `tolerance` (m).
     Contact { rules: Vec<ContactRule>, sweeps: u32, tolerance: f64 },
+    /// Contact of sheets and lines with themselves, with each other and with bodies, and of bodies with each other: true
+    /// thicknesses, continuous in time. A side without a skin never touches.
+    NetContact { rules: Vec<ContactRule>, skins: Vec<NetSkin> },
     /// Parts segments over their yarn's strength, once per unloading length.
     Break { domain: DomainId, seed: u64 },
     /// Static runs: kinetic damping (all velocities to zero at each peak of the kinetic energy) until the residual
@@ -112,6 +115,14 @@ pub enum Drive {
     EndTension { tape: TapeId, pitch: Vec<f64> },
 }
 
+/// How far the surface of a sheet or a line lies from its nodes.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NetSkin {
+    pub domain: DomainId,
+    /// Half the thickness of the cloth, or half the diameter of the line, m.
+    pub half_thickness: f64,
+}
+
 /// How two sides touch.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ContactRule {
@@ -131,6 +142,8 @@ pub struct ContactRule {
 pub enum ContactSide {
     /// All yarns of a chain domain.
     Chains(DomainId),
+    /// A sheet or a line.
+    Net(DomainId),
     /// One body: its index in the bodies domain.
     Body(u32),
 }

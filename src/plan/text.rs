@@ -209,6 +209,7 @@ fn detail(kernel: &Kernel) -> String {
         Kernel::Contact { rules, sweeps, tolerance } => {
             format!("{} rules, at most {sweeps} sweeps, to {:.4} um", rules.len(), tolerance * 1e6)
         }
+        Kernel::NetContact { rules, skins } => format!("{} rules, {} sheets and lines", rules.len(), skins.len()),
         Kernel::Break { seed, .. } => format!("seed {seed}"),
         Kernel::Settle { residual } => format!("to {residual} of the largest tension"),
         Kernel::Pressure(pressure) => format!("{} sheets", pressure.sheets.len()),

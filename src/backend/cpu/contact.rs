@@ -64,7 +64,7 @@ impl Engine<'_> {
         self.touch = Some(touch);
     }
 
-    fn book_body_contact(&mut self, i: usize, kicked: DVec3, kicked_spin: DVec3) {
+    pub(super) fn book_body_contact(&mut self, i: usize, kicked: DVec3, kicked_spin: DVec3) {
         let (inverse_mass, inverse_inertia) = (self.bodies.inverse_mass[i], self.bodies.inverse_inertia[i]);
         let (before, before_spin) = self.bodies_before[i];
         let (after, after_spin) = (self.bodies.velocity[i], self.bodies.spin[i]);
@@ -89,7 +89,7 @@ impl Engine<'_> {
     /// What contact did to a body in the last step, averaged over it, N.
     pub(super) fn contact_force(&self, body: usize) -> DVec3 {
         let impulse = self.touch.as_ref().and_then(|touch| touch.last.body_impulse.get(body));
-        impulse.map_or(DVec3::ZERO, |[linear, _]| *linear / self.h)
+        impulse.map_or(DVec3::ZERO, |[linear, _]| *linear / self.h) + self.net_contact_force(body)
     }
 
     /// What the next step takes over; empty without contact.
@@ -99,6 +99,9 @@ impl Engine<'_> {
 
     /// Whether a rule named after `item` pressed in the last step.
     pub(super) fn touching(&self, item: &str) -> bool {
+        if self.net_touching(item) {
+            return true;
+        }
         let (Some(touch), Some(passes)) = (&self.touch, &self.program.contact) else { return false };
         // What a rule exchanged is above zero wherever it pressed anything that moves.
         passes.rules.iter().zip(&touch.last.rules).any(|(rule, totals)| rule.name == item && totals.exchanged > 0.0)

@@ -38,6 +38,7 @@ pub struct Engine<'p> {
     pub(super) free_inverse_mass: Vec<f64>,
     pub(super) free_body: Vec<(f64, DVec3)>,
     pub(super) touch: Option<Touch>,
+    pub(super) net_touch: Option<super::net::NetTouch>,
     pub(super) pool: Option<Arc<rayon::ThreadPool>>,
     pub(super) actions: Vec<Action>,
     pub(super) tapes: Vec<RunningTape>,
@@ -97,6 +98,7 @@ impl<'p> Engine<'p> {
             free_inverse_mass: chains.inverse_mass.clone(),
             free_body: std::iter::zip(&bodies.inverse_mass, &bodies.inverse_inertia).map(|(m, i)| (*m, *i)).collect(),
             touch: None,
+            net_touch: None,
             pool: None,
             actions: Vec::new(),
             tapes: Vec::new(),
@@ -137,6 +139,7 @@ impl<'p> Engine<'p> {
         engine.check_step_bound()?;
         engine.check_net_bound()?;
         engine.open_contact(resume.map(|state| state.contact.clone()));
+        engine.open_net_contact(resume.map(|state| state.net_contact.clone()))?;
         Ok(engine)
     }
 
@@ -244,6 +247,7 @@ impl<'p> Engine<'p> {
             spent: self.spent.clone(),
             bodies: (0..bodies.position.len()).map(body).collect(),
             contact: self.contact_memory(),
+            net_contact: self.net_contact_memory(),
             net: self.net.state(),
             ledger: self.ledger.clone(),
             tapes: self.tapes.iter().map(|tape| tape.memory.clone()).collect(),

@@ -46,7 +46,9 @@ pub fn source(engine: &mut Engine<'_>, reading: &Reading, tape: usize) -> Result
     let action = || engine.actions.iter().position(|action| named(&action.name)).map(Source::Action);
     let contact = || {
         let is = |pass: &crate::plan::Pass| match &pass.kernel {
-            Kernel::Contact { rules, .. } => rules.iter().any(|rule| rule.name == item),
+            Kernel::Contact { rules, .. } | Kernel::NetContact { rules, .. } => {
+                rules.iter().any(|rule| rule.name == item)
+            }
             _ => false,
         };
         engine.plan.body.passes.iter().any(is).then_some(Source::Contact)

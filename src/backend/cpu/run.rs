@@ -176,6 +176,7 @@ impl<'e, 'p, 'o> Runner<'e, 'p, 'o> {
             Op::HalfKick | Op::Nothing | Op::Candidates => {}
             Op::Kick => self.timed(0, Engine::kick),
             Op::Contact => self.timed(1, Engine::contact),
+            Op::NetContact => self.timed(1, Engine::net_contact),
             Op::Drift => self.timed(2, Engine::drift),
             Op::Sections(domain) => self.timed(3, |engine| engine.carry_sections(*domain)),
             Op::Break(domain) => self.timed(4, |engine| engine.break_yarns(*domain)),

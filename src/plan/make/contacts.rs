@@ -173,6 +173,7 @@ impl Maker<'_> {
     pub(super) fn item_of(&self, side: ContactSide) -> Option<usize> {
         let place = match side {
             ContactSide::Chains(domain) => Place::Chains(domain),
+            ContactSide::Net(_) => return None,
             ContactSide::Body(body) => Place::Body(body),
         };
         self.domain_of.iter().position(|known| *known == Some(place))

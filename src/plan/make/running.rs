@@ -228,7 +228,7 @@ impl Maker<'_> {
         order.contact.push(self.pass("candidates", kernel, &["position"], &["candidates"], origin));
         for rule in &rules {
             let [from, to] = rule.between.map(|side| match side {
-                crate::plan::ContactSide::Chains(id) => id,
+                crate::plan::ContactSide::Chains(id) | crate::plan::ContactSide::Net(id) => id,
                 crate::plan::ContactSide::Body(_) => self.bodies_domain().unwrap_or(DomainId(0)),
             });
             self.body.relations.push(Relation::Candidates { from, to, skin });
@@ -516,6 +516,7 @@ fn cost(kernel: &Kernel) -> (Cost, &'static [&'static str]) {
         Kernel::SectionFrame { .. } => (of(72.0, 30.0), &[]),
         Kernel::Candidates { .. } => (of(30.0, 60.0), &[]),
         Kernel::Contact { .. } => (of(200.0, 300.0), &["contact", "friction", "flattening"]),
+        Kernel::NetContact { .. } => (of(200.0, 300.0), &["contact", "friction"]),
         Kernel::Break { .. } => (of(32.0, 10.0), &["broken"]),
         Kernel::Settle { .. } => (of(24.0, 6.0), &["settling"]),
         // Per triangle: three gathers of place and force, four constants.

@@ -141,7 +141,8 @@ fn add_joins(
             Join::Sew { name, edges, law, origin } => (name, edges, law.tape.as_ref(), *origin),
             Join::Tie { .. } => continue,
         };
-        let [Some((first, lengths)), Some((second, _))] = edges.each_ref().map(|edge| row(laid, numbering, edge)) else {
+        let [Some((first, lengths)), Some((second, _))] = edges.each_ref().map(|edge| row(laid, numbering, edge))
+        else {
             continue;
         };
         let id = PartId(parts.len() as u32);

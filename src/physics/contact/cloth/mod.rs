@@ -164,9 +164,7 @@ impl ClothContact {
     ) -> ClothContactStats {
         let net = step::Net { h, position, approach, inverse_mass };
         match pool {
-            Some(pool) if pool.current_num_threads() > 1 => {
-                pool.install(|| self.step(net, velocity, bodies, true))
-            }
+            Some(pool) if pool.current_num_threads() > 1 => pool.install(|| self.step(net, velocity, bodies, true)),
             _ => self.step(net, velocity, bodies, false),
         }
     }

@@ -115,7 +115,16 @@ impl Scene<'_> {
         let sides = near.sides.iter().map(|s| s.distance).fold(f64::INFINITY, f64::min);
         if near.inside && near.near.distance < sides - deeper {
             let key = Key::new(Key::ELEMENT_BODY, pair.element, pair.body);
-            out.push(body_row(key, pair, element, near.weights, pose, near.near.normal, near.near.distance - thickness, x));
+            out.push(body_row(
+                key,
+                pair,
+                element,
+                near.weights,
+                pose,
+                near.near.normal,
+                near.near.distance - thickness,
+                x,
+            ));
         }
     }
 }

@@ -1,0 +1,289 @@
+//! Contact of the net in a step: calls the contact room between kick and drift, or after a scheme that took the whole
+//! step, and books what it did to each part and body.
+
+use glam::{DQuat, DVec3};
+
+use super::{NetKind, NetRun};
+use crate::backend::cpu::Refusal;
+use crate::backend::cpu::engine::Engine;
+use crate::backend::observe::HaltReason;
+use crate::geometry::sheet::{self, Fold, Lay};
+use crate::physics::contact::cloth::{
+    ClothContact, ClothContactStats, ClothMemory, ClothRule, ClothSettings, ClothSide, Features, Part,
+};
+use crate::plan::{ContactRule, ContactSide, DomainId, Kernel, NetSkin, OriginId, Plan, Recipe};
+
+/// Contact of one run's net and bodies: the solver and its last step.
+pub struct NetTouch {
+    solver: ClothContact,
+    pub last: ClothContactStats,
+    rules: Vec<ContactRule>,
+    /// v* of nodes.
+    kicked: Vec<DVec3>,
+    /// v* and spin* of bodies.
+    bodies_kicked: Vec<(DVec3, DVec3)>,
+}
+
+/// The pass that the plan has for it, if any.
+fn pass(plan: &Plan) -> Option<(&[ContactRule], &[NetSkin], OriginId)> {
+    plan.body.passes.iter().find_map(|pass| match &pass.kernel {
+        Kernel::NetContact { rules, skins } => Some((rules.as_slice(), skins.as_slice(), pass.origin)),
+        _ => None,
+    })
+}
+
+/// A sheet or a line as contact sees it; its elements by net nodes.
+fn part(net: &NetRun, skin: &NetSkin) -> Option<Part> {
+    let part = net.parts.iter().find(|part| part.domain == Some(skin.domain))?;
+    let node = |i: u32| part.node_of[i as usize];
+    let mut made = Part { half_thickness: skin.half_thickness, ..Part::default() };
+    match &part.kind {
+        NetKind::Sheet { triangles, .. } => made.triangles = triangles.iter().map(|t| t.map(node)).collect(),
+        NetKind::Line { closed, .. } => {
+            let count = part.node_of.len() as u32;
+            let last = if *closed { count } else { count.saturating_sub(1) };
+            made.segments = (0..last).map(|i| [node(i), node((i + 1) % count)]).collect();
+        }
+        NetKind::Points { .. } | NetKind::Join { .. } => return None,
+    }
+    Some(made)
+}
+
+/// Where the nodes lie when nothing is folded: gores of a ring as constructed, all else as it starts.
+fn unfolded(plan: &Plan, net: &NetRun) -> Vec<DVec3> {
+    let mut rest = net.net.position.clone();
+    for part in net.parts.iter().rev() {
+        let Some(domain) = part.domain else { continue };
+        let Recipe::Sheet { mesh, .. } = &plan.body.domains[domain.0 as usize].recipe else { continue };
+        let Lay::Ring { index, of, height, fold } = &mesh.lay else { continue };
+        if *fold == Fold::Open {
+            continue;
+        }
+        let open = Lay::Ring { index: *index, of: *of, height: *height, fold: Fold::Open };
+        if let Ok(mesh) = sheet::unfold(&sheet::SheetRecipe { lay: open, ..mesh.clone() }) {
+            part.node_of.iter().zip(mesh.position).for_each(|(node, place)| rest[*node as usize] = place);
+        }
+    }
+    rest
+}
+
+impl Engine<'_> {
+    /// Sets contact of the net up for the state as it stands; `memory` is a checkpoint's.
+    pub(in crate::backend::cpu) fn open_net_contact(&mut self, memory: Option<ClothMemory>) -> Result<(), Refusal> {
+        let Some((rules, skins, origin)) = pass(self.plan) else { return Ok(()) };
+        let mut known: Vec<DomainId> = Vec::new();
+        let mut parts = Vec::new();
+        for skin in skins {
+            if let Some(part) = part(&self.net, skin) {
+                known.push(skin.domain);
+                parts.push(part);
+            }
+        }
+        let thinnest = parts.iter().map(|part| part.half_thickness).fold(f64::INFINITY, f64::min);
+        // Bodies alone have no thickness: their distances are kept to a millionth of the smallest.
+        let smallest = self.bodies.solids.iter().map(|solid| solid.bounding_radius()).filter(|r| *r > 0.0);
+        let thinnest = if thinnest.is_finite() { thinnest } else { 1e-3 * smallest.fold(f64::INFINITY, f64::min) };
+        if !thinnest.is_finite() {
+            return Ok(());
+        }
+        let side = |side: ContactSide| match side {
+            ContactSide::Net(domain) => {
+                known.iter().position(|known| *known == domain).map(|at| ClothSide::Part(at as u32))
+            }
+            ContactSide::Body(body) => Some(ClothSide::Body(body)),
+            ContactSide::Chains(_) => None,
+        };
+        let mut kept = Vec::new();
+        let mut laws = Vec::new();
+        for rule in rules {
+            let [Some(a), Some(b)] = rule.between.map(side) else { continue };
+            let friction = rule.friction.unwrap_or(crate::plan::FrictionLaw { at_rest: 0.0, sliding: 0.0 });
+            kept.push(rule.clone());
+            laws.push(ClothRule {
+                between: [a, b],
+                restitution: rule.restitution,
+                at_rest: friction.at_rest,
+                sliding: friction.sliding,
+            });
+        }
+        let refuse =
+            |error: crate::physics::contact::cloth::FeatureError| Refusal::new(error.to_string(), Some(origin));
+        let features = Features::new(&parts, unfolded(self.plan, &self.net)).map_err(refuse)?;
+        let mut solver = ClothContact::new(ClothSettings::for_half_thickness(thinnest), features, &laws, &self.bodies);
+        if let Some(memory) = memory {
+            solver.recall(memory);
+        }
+        self.net_touch = Some(NetTouch {
+            solver,
+            last: ClothContactStats::default(),
+            rules: kept,
+            kicked: Vec::new(),
+            bodies_kicked: Vec::new(),
+        });
+        Ok(())
+    }
+
+    /// v* → v⁺ of the net and of bodies. After a scheme that took the whole step, v* is the mean velocity of that step and
+    /// places are put right too.
+    pub(in crate::backend::cpu) fn net_contact(&mut self) {
+        let Some(mut touch) = self.net_touch.take() else { return };
+        if self.halt.is_none() {
+            if self.is_whole() { self.correct_whole(&mut touch) } else { self.correct_kicked(&mut touch) }
+        }
+        self.net_touch = Some(touch);
+    }
+
+    fn correct_kicked(&mut self, touch: &mut NetTouch) {
+        let h = self.h;
+        self.net.carry(&self.bodies);
+        touch.note(&self.net.net.velocity, &self.bodies);
+        let net = &mut self.net.net;
+        touch.last = touch.solver.solve(
+            h,
+            &net.position,
+            &self.net.before,
+            &mut net.velocity,
+            &net.inverse_mass,
+            &mut self.bodies,
+            self.pool.as_deref(),
+        );
+        self.book_net_contact(touch);
+    }
+
+    fn correct_whole(&mut self, touch: &mut NetTouch) {
+        let h = self.h;
+        let net = &mut self.net;
+        let ends = std::mem::take(&mut net.net.velocity);
+        let went = |from: &[DVec3], to: &[DVec3]| from.iter().zip(to).map(|(from, to)| (*to - *from) / h).collect();
+        let mut velocity: Vec<DVec3> = went(&net.room.x0, &net.net.position);
+        let body_ends: Vec<DVec3> = self.bodies.velocity.clone();
+        for (i, start) in net.room.bodies0.iter().enumerate() {
+            self.bodies.velocity[i] = (self.bodies.position[i] - start.position) / h;
+            self.bodies.position[i] = start.position;
+        }
+        touch.note(&velocity, &self.bodies);
+        let places = std::mem::take(&mut net.room.x0);
+        touch.last = touch.solver.solve(
+            h,
+            &places,
+            &net.room.v0,
+            &mut velocity,
+            &net.net.inverse_mass,
+            &mut self.bodies,
+            self.pool.as_deref(),
+        );
+        for (i, after) in velocity.iter().enumerate() {
+            net.net.position[i] = places[i] + *after * h;
+        }
+        net.room.x0 = places;
+        net.net.velocity = ends;
+        let mut moved = false;
+        for (i, after) in velocity.iter().enumerate() {
+            let change = *after - touch.kicked[i];
+            moved |= change != DVec3::ZERO;
+            net.net.velocity[i] += change;
+        }
+        for (i, (linear, spin)) in touch.bodies_kicked.iter().enumerate() {
+            let bodies = &mut self.bodies;
+            bodies.position[i] += bodies.velocity[i] * h;
+            let change = bodies.velocity[i] - *linear;
+            bodies.velocity[i] = body_ends[i] + change;
+            let turned = (bodies.spin[i] - *spin) * h;
+            bodies.turn[i] = (DQuat::from_scaled_axis(turned) * bodies.turn[i]).normalize();
+            moved |= change != DVec3::ZERO || turned != DVec3::ZERO;
+        }
+        net.room.known &= !moved;
+        self.net.follow(&self.bodies);
+        self.book_net_contact(touch);
+    }
+
+    /// Books Σ m(v⁺ − v*)·(v⁺ + v⁻)/2 on every part and body, and stops the run where contact could not clear the step.
+    fn book_net_contact(&mut self, touch: &NetTouch) {
+        let whole = self.is_whole();
+        let first = self.net_account(0);
+        for (index, part) in self.net.parts.iter().enumerate() {
+            let net = &self.net;
+            let work = |i: usize| {
+                let after = net.net.velocity[i];
+                // A scheme's velocities at the end of the step have the same change as its mean ones.
+                let (change, mean) = if whole {
+                    let change = (net.net.position[i] - net.room.x0[i]) / self.h - touch.kicked[i];
+                    (change, after - 0.5 * change)
+                } else {
+                    (after - touch.kicked[i], 0.5 * (after + net.before[i]))
+                };
+                net.net.mass[i] * change.dot(mean)
+            };
+            let booked: f64 = part.owned.clone().filter(|i| net.net.inverse_mass[*i] > 0.0).map(work).sum();
+            self.ledger.accounts[first + index].now.contact += booked;
+        }
+        for (i, (v, w)) in touch.bodies_kicked.iter().enumerate() {
+            if whole {
+                self.book_whole_body_contact(i, *v, *w);
+            } else {
+                self.book_body_contact(i, *v, *w);
+            }
+        }
+        let stats = &touch.last;
+        let totals = &mut self.contact_totals;
+        totals.contacts += stats.pressed as u64;
+        totals.candidates += stats.tests as u64;
+        totals.rebuilds += u64::from(stats.rebuilt);
+        totals.sweeps += u64::from(stats.sweeps);
+        totals.deepest = totals.deepest.max(stats.deepest);
+        if let Some(refused) = stats.refused {
+            let message = format!(
+                "contact cannot clear this step: things would meet after {:.0} % of it, and every way out is blocked",
+                100.0 * refused.share_of_step
+            );
+            let origin = pass(self.plan).map(|(_, _, origin)| origin);
+            self.stop(HaltReason::Penetration, message, None, origin);
+        }
+    }
+
+    fn book_whole_body_contact(&mut self, i: usize, kicked: DVec3, kicked_spin: DVec3) {
+        let start = self.net.room.bodies0[i].position;
+        let change = (self.bodies.position[i] - start) / self.h - kicked;
+        let inverse = self.bodies.inverse_mass[i];
+        let mut work = 0.0;
+        if inverse > 0.0 {
+            work += change.dot(self.bodies.velocity[i] - 0.5 * change) / inverse;
+        }
+        let spin = self.bodies.spin[i];
+        let moment = crate::physics::rigid::angular_momentum(
+            self.bodies.turn[i],
+            spin - kicked_spin,
+            self.bodies.inverse_inertia[i],
+        );
+        work += 0.5 * moment.dot(spin + kicked_spin);
+        self.ledger.accounts[self.parts.len() + i].now.contact += work;
+    }
+
+    /// What the net's contact did to a body in the last step, averaged over it, N.
+    pub(in crate::backend::cpu) fn net_contact_force(&self, body: usize) -> DVec3 {
+        let impulse = self.net_touch.as_ref().and_then(|touch| touch.last.body_impulse.get(body));
+        impulse.map_or(DVec3::ZERO, |[linear, _]| *linear / self.h)
+    }
+
+    /// Whether a rule named after `item` pressed in the last step.
+    pub(in crate::backend::cpu) fn net_touching(&self, item: &str) -> bool {
+        let pressed = |touch: &NetTouch| {
+            touch.rules.iter().zip(&touch.last.rules).any(|(rule, totals)| rule.name == item && totals.exchanged > 0.0)
+        };
+        self.net_touch.as_ref().is_some_and(pressed)
+    }
+
+    /// What the next step takes over; empty without contact of the net.
+    pub(in crate::backend::cpu) fn net_contact_memory(&self) -> ClothMemory {
+        self.net_touch.as_ref().map_or_else(ClothMemory::default, |touch| touch.solver.memory())
+    }
+}
+
+impl NetTouch {
+    fn note(&mut self, velocity: &[DVec3], bodies: &crate::physics::Bodies) {
+        self.kicked.clear();
+        self.kicked.extend_from_slice(velocity);
+        self.bodies_kicked.clear();
+        self.bodies_kicked.extend(bodies.velocity.iter().copied().zip(bodies.spin.iter().copied()));
+    }
+}
