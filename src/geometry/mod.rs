@@ -7,6 +7,7 @@ pub mod impact;
 pub mod obb;
 pub mod obb_moving;
 pub mod obb_tree;
+pub mod obj;
 pub mod peirce;
 pub mod section;
 pub mod segments;

@@ -2,10 +2,8 @@
 
 use glam::{DVec2, DVec3};
 
-use super::{SheetError, SheetMesh, SheetRecipe};
-
-/// More nodes than this are refused before memory is taken for them.
-const MOST_NODES: f64 = 60e6;
+use super::strip::{MOST_NODES, check};
+use super::{Lay, SheetError, SheetMesh, SheetRecipe};
 
 /// A rectangle about its middle, diagonals alternating so that no direction is favoured.
 pub fn rectangle(recipe: &SheetRecipe, size: [f64; 2]) -> Result<SheetMesh, SheetError> {
@@ -13,8 +11,9 @@ pub fn rectangle(recipe: &SheetRecipe, size: [f64; 2]) -> Result<SheetMesh, Shee
     if !size.iter().all(|x| positive(*x)) {
         return Err(SheetError::Empty { what: "size" });
     }
-    if !positive(recipe.cell) {
-        return Err(SheetError::Empty { what: "cell" });
+    check(recipe)?;
+    if recipe.lay != Lay::Flat {
+        return Err(SheetError::Empty { what: "ring" });
     }
     let cells = size.map(|x| (x / recipe.cell).round().max(1.0));
     let nodes = (cells[0] + 1.0) * (cells[1] + 1.0);
@@ -23,7 +22,7 @@ pub fn rectangle(recipe: &SheetRecipe, size: [f64; 2]) -> Result<SheetMesh, Shee
     }
     let (nx, ny) = (cells[0] as u32, cells[1] as u32);
     let mut mesh = SheetMesh::default();
-    let (sin, cos) = recipe.grain.sin_cos();
+    let (sin, cos) = (libm::sin(recipe.grain), libm::cos(recipe.grain));
     for j in 0..=ny {
         for i in 0..=nx {
             let x = size[0] * (f64::from(i) / cells[0] - 0.5);
