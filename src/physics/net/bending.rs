@@ -8,21 +8,36 @@ use glam::DVec2;
 
 use crate::geometry::sheet::SheetMesh;
 
-/// The energy of an area a of cloth is ½a(D₁|x,₁₁|² + D₂|x,₂₂|² + 2√(D₁D₂)|x,₁₂|²): that of a cylinder about any axis
-/// where D₁ = D₂. Off-diagonal entries (i, j, Kᵢⱼ in N/m) in mesh nodes, rising, each once; rows sum to zero.
-pub fn form(mesh: &SheetMesh, weft: f64, warp: f64) -> Vec<(u32, u32, f64)> {
-    let rigidity = [weft, 2.0 * (weft * warp).sqrt(), warp];
+/// The energy of an area a of cloth is ½a(D₁|x,₁₁|² + 2√(D₁D₂)|x,₁₂|² + D₂|x,₂₂|²): that of a cylinder about any axis
+/// where D₁ = D₂.
+pub fn rigidity(weft: f64, warp: f64) -> [f64; 3] {
+    [weft, 2.0 * (weft * warp).sqrt(), warp]
+}
+
+/// A stretch of cloth with one curvature.
+#[derive(Clone, Debug)]
+pub struct Patch {
+    pub weights: Vec<Weight>,
+    /// m².
+    pub area: f64,
+}
+
+/// A node with its weights in x,₁₁, x,₁₂ and x,₂₂, 1/m².
+type Weight = (u32, [f64; 3]);
+
+/// Off-diagonal entries (i, j, Kᵢⱼ in N/m) of the form, rising, each once; rows sum to zero.
+pub fn entries(patches: &[Patch], rigidity: [f64; 3]) -> Vec<(u32, u32, f64)> {
     let mut entries = Vec::new();
-    for (patch, area) in patches(mesh) {
-        for (a, (i, bi)) in patch.iter().enumerate() {
-            for (j, bj) in patch[..a].iter() {
+    for patch in patches {
+        for (a, (i, bi)) in patch.weights.iter().enumerate() {
+            for (j, bj) in patch.weights[..a].iter().filter(|(j, _)| j != i) {
                 let k: f64 = (0..3).map(|k| rigidity[k] * bi[k] * bj[k]).sum();
-                entries.push((*i, *j, area * k));
-                entries.push((*j, *i, area * k));
+                entries.push((*i, *j, patch.area * k));
+                entries.push((*j, *i, patch.area * k));
             }
         }
     }
-    // Stable: entries of one pair are added in the order of the triangles.
+    // Stable: entries of one pair are added in the order of the patches.
     entries.sort_by_key(|(i, j, _)| (*i, *j));
     entries.dedup_by(|next, kept| {
         let same = (next.0, next.1) == (kept.0, kept.1);
@@ -34,15 +49,12 @@ pub fn form(mesh: &SheetMesh, weft: f64, warp: f64) -> Vec<(u32, u32, f64)> {
     entries
 }
 
-/// A node with its weights in x,₁₁, x,₁₂ and x,₂₂, 1/m².
-type Weight = (u32, [f64; 3]);
-
 /// Largest weight, in units of the patch, that a fit may have: six nodes near one conic would have any.
 const LARGEST_WEIGHT: f64 = 12.0;
 
-/// Patches with the area (m²) that each stands for. A triangle at an edge, which lacks a hinge, leaves its area to
+/// The patches of a sheet, in mesh nodes. A triangle at an edge, which lacks a hinge, leaves its area to
 /// whole neighbours; where it has none its curvature is the least that its surroundings allow.
-fn patches(mesh: &SheetMesh) -> Vec<(Vec<Weight>, f64)> {
+pub fn patches(mesh: &SheetMesh) -> Vec<Patch> {
     let neighbours = neighbours(mesh);
     let place = |node: u32| mesh.material[node as usize];
     let area: Vec<f64> = mesh
@@ -72,15 +84,13 @@ fn patches(mesh: &SheetMesh) -> Vec<(Vec<Weight>, f64)> {
         if hosts.is_empty() {
             let nodes = surroundings(mesh, &neighbours, t);
             if let Some(fit) = fit(&nodes, mesh, area[t].sqrt(), LEAST) {
-                made.push((fit, area[t]));
+                made.push(Patch { weights: fit, area: area[t] });
             }
         }
         hosts.iter().for_each(|host| stands_for[*host] += area[t] / hosts.len() as f64);
     }
-    let mut all: Vec<(Vec<Weight>, f64)> =
-        fits.into_iter().zip(stands_for).filter_map(|(fit, a)| Some((fit?, a))).collect();
-    all.append(&mut made);
-    all
+    let whole = fits.into_iter().zip(stands_for).filter_map(|(fit, area)| Some(Patch { weights: fit?, area }));
+    whole.chain(made).collect()
 }
 
 /// Weight of the curvature itself in a fit that has too few nodes.
