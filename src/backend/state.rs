@@ -85,8 +85,10 @@ pub struct NetState {
     pub velocity: Vec<DVec3>,
     /// Positions and velocities a step ago, where the scheme looks back; else empty.
     pub earlier: Vec<(DVec3, DVec3)>,
-    /// Cut or broken elements by part: segments of lines, triangles of sheets, in the order in which they went.
+    /// Cut or broken segments of lines by part, in the order in which they went.
     pub gone: Vec<(u32, u32)>,
+    /// Nodes of the net at which sheets were cut, by part.
+    pub holes: Vec<(u32, u32)>,
     /// Rest length over the first, by part.
     pub rest_ratio: Vec<f64>,
     /// Canopies in quasi-steady air: share filled (1) and the speed that filling began with (m/s).

@@ -4,10 +4,11 @@ use glam::DVec3;
 
 use super::Refusal;
 use super::engine::Engine;
+use super::net::Cuts;
 use super::program::{followed, timing};
 use crate::backend::state::ActionState;
 use crate::physics::axial::{ChainView, force_on};
-use crate::plan::{Axes, Drive, Kernel, NodeSet, TapeId, Timing};
+use crate::plan::{Axes, DomainId, Drive, Kernel, NodeSet, Pass, TapeId, Timing};
 
 /// One `fix` or `pull` at run time.
 #[derive(Debug)]
@@ -34,6 +35,13 @@ pub enum ActionKind {
     Force(TapeId),
     /// Outward along the yarn; the widths stand beside the nodes, m.
     EndTension(TapeId, Vec<f64>),
+    /// Lines and sheets that part, once.
+    Cut(Cuts),
+    /// Rest length of lines over the first.
+    Stretch {
+        tape: TapeId,
+        parts: Vec<usize>,
+    },
     /// Pa along the normals of parts of the net.
     Pressure {
         tape: TapeId,
@@ -73,13 +81,12 @@ pub fn actions(engine: &Engine<'_>) -> Result<Vec<Action>, Refusal> {
                 Drive::EndTension { .. } => (nodes, ActionKind::EndTension(followed(drive), Vec::new())),
             },
             Kernel::Pressure(pressure) => {
-                let parts = pressure.sheets.iter().map(|domain| engine.net.part_of_domain(domain.0)).collect();
-                let Some(parts) = parts else {
-                    let message = format!("`{}` presses on sheets that are not in the plan", pass.name);
-                    return Err(Refusal::new(message, Some(pass.origin)));
-                };
-                (&[], ActionKind::Pressure { tape: pressure.tape, parts })
+                (&[], ActionKind::Pressure { tape: pressure.tape, parts: parts_of(engine, &pressure.sheets, pass)? })
             }
+            Kernel::Stretch { domains, tape, .. } => {
+                (&[], ActionKind::Stretch { tape: *tape, parts: parts_of(engine, domains, pass)? })
+            }
+            Kernel::Cut { what, .. } => (&[], ActionKind::Cut(engine.net.cuts(what, pass)?)),
             _ => continue,
         };
         let (mut nodes, mut bodies, mut net) = (Vec::new(), Vec::new(), Vec::new());
@@ -128,6 +135,13 @@ pub fn actions(engine: &Engine<'_>) -> Result<Vec<Action>, Refusal> {
         });
     }
     Ok(actions)
+}
+
+/// Parts of the net by their domains.
+fn parts_of(engine: &Engine<'_>, domains: &[DomainId], pass: &Pass) -> Result<Vec<usize>, Refusal> {
+    let parts: Option<Vec<usize>> = domains.iter().map(|domain| engine.net.part_of_domain(domain.0)).collect();
+    let message = || format!("`{}` acts on a part that is not in the plan", pass.name);
+    parts.ok_or_else(|| Refusal::new(message(), Some(pass.origin)))
 }
 
 /// Nodes that several sets name count once.
@@ -227,7 +241,7 @@ impl Engine<'_> {
                 }
                 ActionKind::Hold(axes) => self.hold_axes(action, *axes),
                 // Loads of the net were in its kick.
-                ActionKind::Pressure { .. } => {}
+                ActionKind::Pressure { .. } | ActionKind::Cut(_) | ActionKind::Stretch { .. } => {}
                 ActionKind::Force(tape) => {
                     let count = action.count();
                     let share = self.tapes[tape.0 as usize].components() / count;

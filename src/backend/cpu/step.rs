@@ -213,6 +213,7 @@ impl Engine<'_> {
             (bodies.turn[i], bodies.spin[i]) = (turn, spin);
         }
         self.net.follow(&self.bodies);
+        self.break_net();
     }
 
     pub(super) fn carry_sections(&mut self, domain: DomainId) {

@@ -15,6 +15,7 @@ impl Engine<'_> {
     /// One Newton step; the run is settled once the residual force is under `limit` of the largest force.
     pub(in crate::backend::cpu) fn equilibrate(&mut self, limit: f64) {
         self.time_actions();
+        self.change_net();
         self.constrain();
         self.look();
         if self.halt.is_some() {

@@ -178,6 +178,7 @@ impl Engine<'_> {
         if self.net.is_empty() {
             return;
         }
+        self.change_net();
         self.load_net();
         std::mem::swap(&mut self.net.net.velocity, &mut self.net.before);
         self.net.kick(self.h, self.program.gravity, &self.bodies);

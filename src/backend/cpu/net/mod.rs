@@ -2,6 +2,7 @@
 //! kick and drift, or by a scheme that takes the whole step; bodies hang in it by anchors.
 
 mod bound;
+mod epochs;
 mod equilibrium;
 mod explicit;
 mod hold;
@@ -18,6 +19,7 @@ mod whole;
 
 use glam::DVec3;
 
+pub use epochs::Cuts;
 pub use loads::{AirRun, CanopyRun};
 pub use numbering::Anchor;
 pub use output::NetItem;
@@ -37,11 +39,7 @@ pub enum NetKind {
         /// Net nodes around its vent; empty without one.
         vent: Vec<u32>,
     },
-    Line {
-        closed: bool,
-        stiffness: f64,
-        rest_length: Vec<f64>,
-    },
+    Line { closed: bool, stiffness: f64, tension_only: bool, rest_length: Vec<f64> },
     /// With their names.
     Points {
         names: Vec<String>,
@@ -159,6 +157,7 @@ impl NetRun {
         self.net.position.clone_from(&state.position);
         self.net.velocity.clone_from(&state.velocity);
         self.memory = NetState { position: Vec::new(), velocity: Vec::new(), ..state.clone() };
+        self.redo();
     }
 
     /// What a checkpoint keeps.

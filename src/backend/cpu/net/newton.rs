@@ -37,7 +37,7 @@ const TRIES: u32 = 10;
 impl NetRun {
     /// Takes the matrix out of the room, made anew where elements have gone; give it back with [`Self::give_newton`].
     pub fn take_newton(&mut self) -> Box<Newton> {
-        let gone = self.memory.gone.len();
+        let gone = self.memory.gone.len() + self.memory.holes.len();
         match self.room.newton.take() {
             Some(newton) if newton.gone == gone => newton,
             _ => {

@@ -243,7 +243,9 @@ impl NetRun {
     fn sheet_frame(&self, index: usize, domain: DomainId) -> SheetFrame {
         let part = &self.parts[index];
         let all: &[[u32; 3]] = if let NetKind::Sheet { triangles, .. } = &part.kind { triangles } else { &[] };
-        let triangles: Vec<[u32; 3]> = self.left_of(index, all.len()).map(|local| all[local]).collect();
+        let holes: BTreeSet<u32> = self.memory.holes.iter().filter(|(p, _)| *p as usize == index).map(|(_, n)| *n).collect();
+        let whole = |t: &&[u32; 3]| !t.iter().any(|node| holes.contains(&part.node_of[*node as usize]));
+        let triangles: Vec<[u32; 3]> = all.iter().filter(whole).copied().collect();
         let mut strain = Vec::new();
         self.elements.strains(PartId(index as u32), &self.net.position, &mut strain);
         // Springs of a grid stand behind the triangles' strains; grids have none of these.

@@ -9,7 +9,7 @@ use super::{NetKind, NetPart, NetRun, Wrench, loads};
 use crate::backend::cpu::Refusal;
 use crate::backend::state::NetState;
 use crate::physics::Bodies;
-use crate::physics::net::{Elements, Net, NodeSums, PartId, PartSums, line_mass, lumped_mass};
+use crate::physics::net::{Builder, Elements, Net, NodeSums, PartId, PartSums, Strip, line_mass, lumped_mass};
 use crate::plan::{DomainId, EdgeRef, Join, Plan, Recipe};
 
 /// Nodes of a block where the plan has no say.
@@ -44,7 +44,12 @@ pub fn unfold(plan: &Plan, bodies: &mut Bodies) -> Result<NetRun, Refusal> {
                 builder.add_line(id, node_of, &path.rest_length, recipe.closed, law);
                 lump(&mut net.mass, node_of, &line_mass(&path.rest_length, node_of.len(), law));
                 let rest_length = path.rest_length.clone();
-                NetKind::Line { closed: recipe.closed, stiffness: law.stiffness, rest_length }
+                NetKind::Line {
+                    closed: recipe.closed,
+                    stiffness: law.stiffness,
+                    tension_only: law.tension_only,
+                    rest_length,
+                }
             }
             (Recipe::Points(points), ..) => {
                 node_of.iter().zip(points).for_each(|(node, point)| net.mass[*node as usize] += point.mass);
@@ -61,7 +66,7 @@ pub fn unfold(plan: &Plan, bodies: &mut Bodies) -> Result<NetRun, Refusal> {
             owned: numbering.owned[index].clone(),
         });
     }
-    add_joins(plan, &laid, &numbering, &mut builder, &mut net.mass, &mut parts);
+    add_joins(plan, &laid, &numbering, &mut builder, &mut net, &mut parts);
     let block = laid.first().map_or(BLOCK, |part| plan.body.domains[part.domain.0 as usize].block as usize);
     let elements = builder.finish(block.max(1));
     hang_bodies(&numbering, &mut net, bodies);
@@ -131,24 +136,30 @@ fn add_joins(
     plan: &Plan,
     laid: &[Laid],
     numbering: &Numbering,
-    builder: &mut crate::physics::net::Builder,
-    mass: &mut [f64],
+    builder: &mut Builder,
+    net: &mut Net,
     parts: &mut Vec<NetPart>,
 ) {
     for join in &plan.body.joins {
-        let (name, edges, tape, origin) = match join {
-            Join::Weld { name, edges, tape, origin } => (name, edges, tape.as_ref(), *origin),
-            Join::Sew { name, edges, law, origin } => (name, edges, law.tape.as_ref(), *origin),
+        let (name, edges, tape, strip, origin) = match join {
+            Join::Weld { name, edges, tape, origin } => (name, edges, tape.as_ref(), None, *origin),
+            Join::Sew { name, edges, law, origin } => (name, edges, law.tape.as_ref(), Some(law), *origin),
             Join::Tie { .. } => continue,
         };
-        let [Some((first, lengths)), Some((second, _))] = edges.each_ref().map(|edge| row(laid, numbering, edge))
-        else {
+        let [Some((first, lengths)), Some((mut second, mut other))] = edges.each_ref().map(|edge| row(laid, numbering, edge)) else {
             continue;
         };
         let id = PartId(parts.len() as u32);
         if let Some(tape) = tape {
             builder.add_line(id, &first, &lengths, false, tape);
-            lump(mass, &first, &line_mass(&lengths, first.len(), tape));
+            lump(&mut net.mass, &first, &line_mass(&lengths, first.len(), tape));
+        }
+        if let Some(law) = strip {
+            if runs_back(&first, &second, &net.position) {
+                second.reverse();
+                other.reverse();
+            }
+            builder.add_strip(id, &Strip { edges: [&first, &second], spacing: [&lengths, &other] }, law);
         }
         parts.push(NetPart {
             domain: None,
@@ -159,6 +170,14 @@ fn add_joins(
             owned: 0..0,
         });
     }
+}
+
+/// Whether the second row begins where the first one ends.
+fn runs_back(first: &[u32], second: &[u32], places: &[DVec3]) -> bool {
+    let place = |node: Option<&u32>| node.map_or(DVec3::ZERO, |node| places[*node as usize]);
+    let apart = |a: Option<&u32>, b: Option<&u32>| place(a).distance(place(b));
+    let across = apart(first.first(), second.last()) + apart(first.last(), second.first());
+    across < apart(first.first(), second.first()) + apart(first.last(), second.last())
 }
 
 /// Gives the mass of anchored nodes to their bodies: the whole to the mass, and to each principal moment what it has

@@ -92,6 +92,7 @@ impl Engine<'_> {
     /// One step by a scheme.
     pub(in crate::backend::cpu) fn integrate(&mut self, scheme: Scheme) {
         self.time_actions();
+        self.change_net();
         self.constrain();
         self.look();
         self.watch_net_bound();
@@ -104,6 +105,7 @@ impl Engine<'_> {
             Scheme::Embedded { tolerance } => self.embedded(tolerance),
             Scheme::BackwardEuler { .. } | Scheme::Bdf2 { .. } | Scheme::Midpoint { .. } => self.implicit(scheme),
         }
+        self.break_net();
     }
 
     /// Gives held and driven nodes and bodies their velocities; what a jump takes is work of the drive.
