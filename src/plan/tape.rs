@@ -75,8 +75,21 @@ pub enum Quantity {
     LargestStrain,
     /// N (vector): what contact does to a body, averaged over the step.
     ContactForce,
-    /// N: mean tension of a strand over its length.
+    /// N: mean tension of a strand or a line over its length.
     Tension,
+    /// m²: the shadow of a sheet, or of a canopy's sheets, across its axis.
+    ProjectedArea,
+    /// m²: drag over dynamic pressure of a canopy in quasi-steady air.
+    DragArea,
+    /// Unit vector: the mean normal of a sheet or canopy, weighted by area; of a canopy, towards its vent.
+    Axis,
+    /// m (vector): where a canopy's lines meet.
+    Confluence,
+    /// m: the largest distance between the edges of a seam.
+    Gap,
+    /// m: height (z) of the lowest and of the highest node.
+    Lowest,
+    Highest,
     /// N (vector): the force that a fix or pull exerts.
     Force,
     /// Whether a contact rule's sides touch.
