@@ -24,16 +24,21 @@ impl Bar {
         bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
         bar.set_position(start.from_step);
         bar.reset_eta();
+        bar.set_message("first step");
         Self { bar, duration: start.duration }
     }
 
     pub fn show(&self, progress: &Progress) {
-        self.bar.set_length(progress.steps.max(1));
-        self.bar.set_position(progress.step);
+        let steps = progress.steps.max(1);
+        if self.bar.length() != Some(steps) {
+            self.bar.set_length(steps);
+        }
+        // The time first: each change may draw, and the bar would stand beside the time of the last one.
         self.bar.set_message(match self.duration {
             Some(end) => format!("t = {} of {}", seconds(progress.time), seconds(end)),
             None => format!("step {}", progress.step),
         });
+        self.bar.set_position(progress.step);
     }
 
     /// Takes the bar away.
