@@ -171,16 +171,18 @@ fn triangulate(loops: &[Loop], cell: f64) -> Result<(Vec<DVec2>, Vec<[u32; 3]>),
     // The order of faces is the triangulation's own; this one depends on nodes alone.
     kept.sort_unstable();
     let area: f64 = loops.iter().map(|l| twice_area(&l.nodes)).sum();
-    let (used, sum) = used(&points, &kept);
-    if used.len() != points.len() || (sum - area).abs() > 1e-9 * area.abs() {
+    let (all, sum) = used(&points, &kept);
+    if !all || (sum - area).abs() > 1e-9 * area.abs() {
         return Err(SheetError::HoleOutside);
     }
     Ok((points, kept))
 }
 
 fn inner_triangles(cdt: &Cdt, excluded: impl Iterator<Item = usize>) -> Vec<[u32; 3]> {
-    let outside: std::collections::BTreeSet<usize> = excluded.collect();
-    let faces = cdt.inner_faces().filter(|face| !outside.contains(&face.fix().index()));
+    // Index 0 is the outer face.
+    let mut outside = vec![false; cdt.num_inner_faces() + 1];
+    excluded.for_each(|face| outside[face] = true);
+    let faces = cdt.inner_faces().filter(|face| !outside[face.fix().index()]);
     faces
         .map(|face| {
             let t = face.vertices().map(|v| v.fix().index() as u32);
@@ -191,13 +193,16 @@ fn inner_triangles(cdt: &Cdt, excluded: impl Iterator<Item = usize>) -> Vec<[u32
         .collect()
 }
 
-/// Nodes that triangles use, and twice the area of these.
-fn used(points: &[DVec2], triangles: &[[u32; 3]]) -> (std::collections::BTreeSet<u32>, f64) {
-    let sum = triangles.iter().map(|t| {
+/// Whether every node is in a triangle, and twice the area of these.
+fn used(points: &[DVec2], triangles: &[[u32; 3]]) -> (bool, f64) {
+    let mut seen = vec![false; points.len()];
+    let mut sum = 0.0;
+    for t in triangles {
+        t.iter().for_each(|node| seen[*node as usize] = true);
         let [a, b, c] = t.map(|node| points[node as usize]);
-        (b - a).perp_dot(c - a)
-    });
-    (triangles.iter().flatten().copied().collect(), sum.sum())
+        sum += (b - a).perp_dot(c - a);
+    }
+    (seen.into_iter().all(|s| s), sum)
 }
 
 /// The first node of an outline that has been there before.
@@ -255,39 +260,69 @@ fn crossings(loops: &[Loop], y: f64) -> Vec<f64> {
 /// Parts of sides in buckets of one cell.
 struct Near {
     cell: f64,
-    buckets: BTreeMap<(i64, i64), Vec<[DVec2; 2]>>,
+    /// Lowest bucket, and how many along x and y, with one to spare on every side.
+    low: [i64; 2],
+    size: [i64; 2],
+    /// Whether a bucket or one beside it holds a side: most nodes need no search.
+    marks: Vec<bool>,
+    buckets: BTreeMap<[i64; 2], Vec<[DVec2; 2]>>,
 }
 
 impl Near {
     fn new(loops: &[Loop], cell: f64) -> Self {
-        let mut near = Self { cell, buckets: BTreeMap::new() };
+        let all = || loops.iter().flat_map(|l| &l.nodes);
+        let bucket = |p: DVec2| (p / cell).floor().to_array().map(|x| x as i64);
+        let low = bucket(all().fold(DVec2::INFINITY, |m, p| m.min(*p))).map(|i| i - 1);
+        let high = bucket(all().fold(DVec2::NEG_INFINITY, |m, p| m.max(*p))).map(|i| i + 1);
+        let size = [high[0] - low[0] + 1, high[1] - low[1] + 1];
+        let marks = vec![false; (size[0] * size[1]) as usize];
+        let mut near = Self { cell, low, size, marks, buckets: BTreeMap::new() };
         for l in loops {
             for i in 0..l.nodes.len() {
-                let side = [l.nodes[i], l.nodes[(i + 1) % l.nodes.len()]];
-                // A part is at most 1.5 cells long: its bounding box covers few buckets.
-                let (a, b) = (near.bucket(side[0].min(side[1])), near.bucket(side[0].max(side[1])));
-                for x in a.0..=b.0 {
-                    for y in a.1..=b.1 {
-                        near.buckets.entry((x, y)).or_default().push(side);
-                    }
-                }
+                near.add([l.nodes[i], l.nodes[(i + 1) % l.nodes.len()]]);
             }
         }
         near
     }
 
-    fn bucket(&self, p: DVec2) -> (i64, i64) {
-        ((p.x / self.cell).floor() as i64, (p.y / self.cell).floor() as i64)
+    /// A part of a side is at most 1.5 cells long: its bounding box covers few buckets.
+    fn add(&mut self, side: [DVec2; 2]) {
+        let (a, b) = (self.bucket(side[0].min(side[1])), self.bucket(side[0].max(side[1])));
+        for x in a[0]..=b[0] {
+            for y in a[1]..=b[1] {
+                self.buckets.entry([x, y]).or_default().push(side);
+            }
+        }
+        for x in a[0] - 1..=b[0] + 1 {
+            for y in a[1] - 1..=b[1] + 1 {
+                if let Some(mark) = self.place([x, y]) {
+                    self.marks[mark] = true;
+                }
+            }
+        }
+    }
+
+    fn bucket(&self, p: DVec2) -> [i64; 2] {
+        (p / self.cell).floor().to_array().map(|x| x as i64)
+    }
+
+    fn place(&self, [x, y]: [i64; 2]) -> Option<usize> {
+        let (i, j) = (x - self.low[0], y - self.low[1]);
+        let inside = (0..self.size[0]).contains(&i) && (0..self.size[1]).contains(&j);
+        inside.then(|| (j * self.size[0] + i) as usize)
     }
 
     /// Whether the outline is nearer than the margin.
     fn touches(&self, p: DVec2) -> bool {
-        let (x, y) = self.bucket(p);
+        let [x, y] = self.bucket(p);
+        if self.place([x, y]).is_some_and(|mark| !self.marks[mark]) {
+            return false;
+        }
         let close = |side: &[DVec2; 2]| {
             let along = side[1] - side[0];
             let t = ((p - side[0]).dot(along) / along.length_squared()).clamp(0.0, 1.0);
             p.distance_squared(side[0] + along * t) < (MARGIN * self.cell) * (MARGIN * self.cell)
         };
-        (x - 1..=x + 1).any(|i| (y - 1..=y + 1).any(|j| self.buckets.get(&(i, j)).is_some_and(|s| s.iter().any(close))))
+        (x - 1..=x + 1).any(|i| (y - 1..=y + 1).any(|j| self.buckets.get(&[i, j]).is_some_and(|s| s.iter().any(close))))
     }
 }

@@ -86,28 +86,3 @@ pub fn strain(mesh: &SheetMesh) -> f64 {
     };
     mesh.triangles.iter().flat_map(|t| [of(t[0], t[1]), of(t[1], t[2]), of(t[2], t[0])]).fold(0.0, f64::max)
 }
-
-#[test]
-#[ignore = "a timing, not a test"]
-fn time_of_a_million_triangles() {
-    let tan = (PI / 28.0).tan();
-    let disc = Pattern::Disc { radius: 1.0, hole: 0.0 };
-    let square = Pattern::Polygon { corners: vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], holes: vec![] };
-    let c9 = gore(4.0386, &[[0.0, 0.2286 * tan], [4.0386, 4.2672 * tan]]);
-    let ring = |fold| Lay::Ring { index: 0, of: 28, height: 0.0, fold };
-    let hemisphere = sampled(PI, 400, |s| 2.0 * (s / 2.0).sin() * (PI / 28.0).sin());
-    for (name, pattern, cell, lay) in [
-        ("rectangle", Pattern::Rectangle { size: [1.0, 1.0] }, 1.414e-3, Lay::Flat),
-        ("disc", disc, 2.45e-3, Lay::Flat),
-        ("polygon", square, 1.52e-3, Lay::Flat),
-        ("gore flat", c9.clone(), 1.995e-3, Lay::Flat),
-        ("gore in a ring", c9.clone(), 1.995e-3, ring(Fold::Open)),
-        ("gore pleated", c9, 1.995e-3, ring(Fold::Pleated { radius: 0.5 })),
-        ("hemisphere pleated", hemisphere, 1.3e-3, ring(Fold::Pleated { radius: 0.5 })),
-    ] {
-        let start = std::time::Instant::now();
-        let mesh = unfold(&recipe(pattern, cell, lay)).unwrap();
-        let time = start.elapsed();
-        println!("{name}: {} triangles in {time:.2?}, least angle {:.1}", mesh.triangles.len(), least_angle(&mesh));
-    }
-}
