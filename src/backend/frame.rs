@@ -26,6 +26,9 @@ pub struct Frame {
     pub step: u64,
     pub chains: Vec<ChainFrame>,
     pub bodies: Vec<BodyFrame>,
+    pub sheets: Vec<SheetFrame>,
+    pub lines: Vec<LineFrame>,
+    pub points: Vec<PointFrame>,
 }
 
 /// One chain domain. Arrays over nodes have one length; node numbers are the domain's own, from 0.
@@ -77,4 +80,51 @@ pub struct BodyFrame {
     pub velocity: DVec3,
     /// rad/s, scene axes.
     pub spin: DVec3,
+}
+
+/// One sheet. Node numbers are the domain's own, from 0; a node that a weld shares stands in every sheet that has it.
+#[derive(Clone, Debug)]
+pub struct SheetFrame {
+    pub domain: DomainId,
+    /// The part's name in the scene.
+    pub name: String,
+    /// m.
+    pub position: Vec<DVec3>,
+    /// m/s, as the scheme keeps it (half a step behind with leapfrog).
+    pub velocity: Vec<DVec3>,
+    /// Triangles that are left; cut ones are not listed.
+    pub triangles: Vec<[u32; 3]>,
+    /// Larger principal strain of each triangle (1).
+    pub strain: Vec<f64>,
+}
+
+/// One cord. Segment `i` runs from node `i` to the next one (the first, where closed).
+#[derive(Clone, Debug)]
+pub struct LineFrame {
+    pub domain: DomainId,
+    pub name: String,
+    pub closed: bool,
+    /// m.
+    pub position: Vec<DVec3>,
+    /// m/s.
+    pub velocity: Vec<DVec3>,
+    /// Elongation over the rest length (1), by segment; negative where slack.
+    pub strain: Vec<f64>,
+    /// N, by segment.
+    pub tension: Vec<f64>,
+    /// Broken or cut segments, sorted.
+    pub broken: Vec<u32>,
+}
+
+/// One point.
+#[derive(Clone, Debug)]
+pub struct PointFrame {
+    pub domain: DomainId,
+    pub name: String,
+    /// m.
+    pub position: DVec3,
+    /// m/s.
+    pub velocity: DVec3,
+    /// kg, with what lines bring.
+    pub mass: f64,
 }

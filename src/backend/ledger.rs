@@ -6,27 +6,34 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Energy of one part, J. The last six entries are what the part received so far (a loss is negative): summed over all
-/// parts, contact, viscosity, breaking and settling are therefore never positive but for rounding.
+/// Energy of one part, J. The entries after `initial` are what the part received so far (a loss is negative): summed
+/// over all parts, contact, viscosity, breaking and settling are therefore never positive but for rounding. A node that
+/// several parts of the net share keeps its books with the first of them, so that there only the sum over parts closes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct Balance {
     pub kinetic: f64,
-    /// ½EAε²L over unbroken segments.
+    /// Elastic energy of what is whole: ½EAε²L over segments, strain energy of sheets and seams.
     pub stored: f64,
     /// Kinetic plus stored at the start.
     pub initial: f64,
+    /// Bulk viscosity of yarns, damping of sheets and lines.
     pub viscosity: f64,
     pub contact: f64,
     pub breaking: f64,
     pub settling: f64,
     pub gravity: f64,
-    /// Fixes, pulls and loads.
+    /// Fixes, pulls, loads, and rest lengths that an action changes.
     pub drives: f64,
+    pub air: f64,
+    pub pressure: f64,
+    /// What the integration rule itself took or made: zero for leapfrog, a loss for backward Euler.
+    pub scheme: f64,
 }
 
 impl Balance {
     /// Names of [`Balance::values`], for tables.
-    pub const COLUMNS: [&'static str; 10] = [
+    pub const COLUMNS: [&'static str; 13] = [
         "kinetic",
         "stored",
         "initial",
@@ -36,11 +43,14 @@ impl Balance {
         "settling",
         "gravity",
         "drives",
+        "air",
+        "pressure",
+        "scheme",
         "residual",
     ];
 
     /// J, in the order of [`Balance::COLUMNS`].
-    pub fn values(&self) -> [f64; 10] {
+    pub fn values(&self) -> [f64; 13] {
         [
             self.kinetic,
             self.stored,
@@ -51,13 +61,17 @@ impl Balance {
             self.settling,
             self.gravity,
             self.drives,
+            self.air,
+            self.pressure,
+            self.scheme,
             self.residual(),
         ]
     }
 
     /// Everything received since the start, J.
     pub fn received(&self) -> f64 {
-        self.viscosity + self.contact + self.breaking + self.settling + self.gravity + self.drives
+        let lost = self.viscosity + self.contact + self.breaking + self.settling;
+        lost + self.gravity + self.drives + self.air + self.pressure + self.scheme
     }
 
     /// What the books do not explain, J.
@@ -83,6 +97,9 @@ impl Balance {
             settling: self.settling + other.settling,
             gravity: self.gravity + other.gravity,
             drives: self.drives + other.drives,
+            air: self.air + other.air,
+            pressure: self.pressure + other.pressure,
+            scheme: self.scheme + other.scheme,
         }
     }
 }
@@ -119,7 +136,7 @@ impl Account {
     }
 }
 
-/// All accounts: chain domains in plan order, then bodies.
+/// All accounts: chain domains in plan order, then bodies, then domains of the net in plan order.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ledger {
     pub accounts: Vec<Account>,

@@ -5,14 +5,15 @@ pub mod cpu;
 mod frame;
 mod ledger;
 mod observe;
+pub mod solve;
 mod state;
 mod tape;
 
-pub use frame::{BodyFrame, ChainFrame, Family, Frame, YarnFrame};
+pub use frame::{BodyFrame, ChainFrame, Family, Frame, LineFrame, PointFrame, SheetFrame, YarnFrame};
 pub use ledger::{Account, Balance, Ledger};
 pub use observe::{
     BodyEnd, Broken, ContactTotals, Finding, Halt, HaltReason, Judged, Observer, Outcome, Progress, Silent, Start,
     StepView, Timings, Value, VerifyHook,
 };
-pub use state::{ActionState, BodyState, State};
+pub use state::{ActionState, BodyState, NetState, State};
 pub use tape::{Accumulator, Memory, RunningTape};

@@ -33,6 +33,9 @@ pub struct State {
     /// Stretches of yarn that broke and are still over their strength.
     pub spent: Vec<Spent>,
     pub bodies: Vec<BodyState>,
+    /// Sheets, lines and points.
+    #[serde(default)]
+    pub net: NetState,
     /// Impulses that the next contact step starts from.
     #[serde(default)]
     pub contact: ContactMemory,
@@ -40,7 +43,7 @@ pub struct State {
     /// Accumulators of each tape.
     pub tapes: Vec<Memory>,
     pub actions: Vec<ActionState>,
-    /// Each chain domain with its first node and the node after its last.
+    /// Each chain domain with its first node and the node after its last; nodes of the net are not among them.
     pub domains: Vec<(String, u32, u32)>,
     /// Largest strain seen so far (1); 0 at the start.
     pub largest_strain: f64,
@@ -68,4 +71,25 @@ pub struct BodyState {
     pub turn: DQuat,
     pub velocity: DVec3,
     pub spin: DVec3,
+}
+
+/// Sheets, lines and points. Node arrays run over the net.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct NetState {
+    /// m.
+    pub position: Vec<DVec3>,
+    /// m/s, half a step behind with leapfrog.
+    pub velocity: Vec<DVec3>,
+    /// Positions and velocities a step ago, where the scheme looks back; else empty.
+    pub earlier: Vec<(DVec3, DVec3)>,
+    /// Cut or broken segments of lines by part, in the order in which they went.
+    pub gone: Vec<(u32, u32)>,
+    /// Nodes of the net at which sheets were cut, by part.
+    pub holes: Vec<(u32, u32)>,
+    /// Rest length over the first, by part.
+    pub rest_ratio: Vec<f64>,
+    /// Canopies in quasi-steady air: share filled (1) and the speed that filling began with (m/s).
+    pub filling: Vec<(f64, f64)>,
+    /// Length of the embedded scheme's next own step, s; 0 before the first.
+    pub substep: f64,
 }

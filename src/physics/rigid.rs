@@ -26,7 +26,10 @@ pub fn turn_freely(turn: DQuat, spin: DVec3, inverse_inertia: DVec3, h: f64) -> 
     // Rounding in the part turns would let |L| creep by an ulp a step.
     momentum *= size / momentum.length();
     let turn = turn.normalize();
-    (turn, turn * (momentum * inverse_inertia))
+    let spin = turn * (momentum * inverse_inertia);
+    // And so would that of the way back: the length is put right as the next step will read it.
+    let read = (turn.inverse() * spin) / inverse_inertia;
+    (turn, spin * (size / read.length()))
 }
 
 /// Angular momentum about the centre in scene axes, kg·m²/s; zero where the inverse moments are zero.

@@ -60,5 +60,5 @@ pub fn shot(threads: u32, per: u32, hole: f64) -> Frame {
         velocity: DVec3::new(0.0, 0.0, -200.0),
         spin: DVec3::ZERO,
     };
-    Frame { time: 42.5e-6, step: 4250, chains: vec![chain], bodies: vec![bullet] }
+    Frame { time: 42.5e-6, step: 4250, chains: vec![chain], bodies: vec![bullet], ..Frame::default() }
 }

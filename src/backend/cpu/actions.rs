@@ -4,10 +4,11 @@ use glam::DVec3;
 
 use super::Refusal;
 use super::engine::Engine;
+use super::net::Cuts;
 use super::program::{followed, timing};
 use crate::backend::state::ActionState;
 use crate::physics::axial::{ChainView, force_on};
-use crate::plan::{Axes, Drive, Kernel, NodeSet, TapeId, Timing};
+use crate::plan::{Axes, DomainId, Drive, Kernel, NodeSet, Pass, TapeId, Timing};
 
 /// One `fix` or `pull` at run time.
 #[derive(Debug)]
@@ -17,6 +18,8 @@ pub struct Action {
     /// Nodes over all chains, each with the index of its part.
     pub nodes: Vec<(u32, usize)>,
     pub bodies: Vec<u32>,
+    /// Nodes of the net, each with the index of the part that keeps its books.
+    pub net: Vec<(u32, usize)>,
     pub timing: Timing,
     pub state: ActionState,
     /// What it exerted in the last step, N; kept only where `reads_force`.
@@ -32,15 +35,32 @@ pub enum ActionKind {
     Force(TapeId),
     /// Outward along the yarn; the widths stand beside the nodes, m.
     EndTension(TapeId, Vec<f64>),
+    /// Lines and sheets that part, once.
+    Cut(Cuts),
+    /// Rest length of lines over the first.
+    Stretch {
+        tape: TapeId,
+        parts: Vec<usize>,
+    },
+    /// Pa along the normals of parts of the net.
+    Pressure {
+        tape: TapeId,
+        parts: Vec<usize>,
+    },
 }
 
 impl Action {
-    fn acts(&self) -> bool {
+    pub(super) fn acts(&self) -> bool {
         self.state == ActionState::Acting
     }
 
+    /// What it is shared over.
+    pub(super) fn count(&self) -> f64 {
+        (self.nodes.len() + self.bodies.len() + self.net.len()).max(1) as f64
+    }
+
     /// Whether its nodes have no freedom of their own while it acts.
-    fn holds_fully(&self) -> bool {
+    pub(super) fn holds_fully(&self) -> bool {
         matches!(self.kind, ActionKind::Velocity(_) | ActionKind::Hold(Axes([true, true, true])))
     }
 }
@@ -60,9 +80,16 @@ pub fn actions(engine: &Engine<'_>) -> Result<Vec<Action>, Refusal> {
                 Drive::Force(tape) => (nodes, ActionKind::Force(*tape)),
                 Drive::EndTension { .. } => (nodes, ActionKind::EndTension(followed(drive), Vec::new())),
             },
+            Kernel::Pressure(pressure) => {
+                (&[], ActionKind::Pressure { tape: pressure.tape, parts: parts_of(engine, &pressure.sheets, pass)? })
+            }
+            Kernel::Stretch { domains, tape, .. } => {
+                (&[], ActionKind::Stretch { tape: *tape, parts: parts_of(engine, domains, pass)? })
+            }
+            Kernel::Cut { what, .. } => (&[], ActionKind::Cut(engine.net.cuts(what, pass)?)),
             _ => continue,
         };
-        let (mut nodes, mut bodies) = (Vec::new(), Vec::new());
+        let (mut nodes, mut bodies, mut net) = (Vec::new(), Vec::new(), Vec::new());
         for (index, set) in sets.iter().enumerate() {
             let all = set.ranges.iter().flat_map(|[from, to]| *from..*to);
             if let Some(part) = engine.parts.iter().position(|part| part.id.0 == set.domain) {
@@ -79,6 +106,10 @@ pub fn actions(engine: &Engine<'_>) -> Result<Vec<Action>, Refusal> {
                 }
             } else if engine.body_part.domain.is_some_and(|domain| domain.0 == set.domain) {
                 bodies.extend(all);
+            } else if let Some(part) = engine.net.part_of_domain(set.domain) {
+                for node in all {
+                    net.push(engine.net.held_node(part, node, pass)?);
+                }
             } else {
                 let message = format!("`{}` acts on domain {}, which is not in the plan", pass.name, set.domain);
                 return Err(Refusal::new(message, Some(pass.origin)));
@@ -96,6 +127,7 @@ pub fn actions(engine: &Engine<'_>) -> Result<Vec<Action>, Refusal> {
             kind,
             nodes,
             bodies,
+            net: one_each(net),
             timing,
             state: ActionState::Waiting,
             force: DVec3::ZERO,
@@ -103,6 +135,20 @@ pub fn actions(engine: &Engine<'_>) -> Result<Vec<Action>, Refusal> {
         });
     }
     Ok(actions)
+}
+
+/// Parts of the net by their domains.
+fn parts_of(engine: &Engine<'_>, domains: &[DomainId], pass: &Pass) -> Result<Vec<usize>, Refusal> {
+    let parts: Option<Vec<usize>> = domains.iter().map(|domain| engine.net.part_of_domain(domain.0)).collect();
+    let message = || format!("`{}` acts on a part that is not in the plan", pass.name);
+    parts.ok_or_else(|| Refusal::new(message(), Some(pass.origin)))
+}
+
+/// Nodes that several sets name count once.
+fn one_each(mut nodes: Vec<(u32, usize)>) -> Vec<(u32, usize)> {
+    let mut seen = std::collections::BTreeSet::new();
+    nodes.retain(|(node, _)| seen.insert(*node));
+    nodes
 }
 
 impl Engine<'_> {
@@ -137,6 +183,7 @@ impl Engine<'_> {
     /// Gives every node and body the inverse mass that the acting holds leave it.
     pub(super) fn hold_what_is_held(&mut self) {
         self.chains.inverse_mass.clone_from(&self.free_inverse_mass);
+        self.net.free_all();
         for (i, (mass, inertia)) in self.free_body.iter().enumerate() {
             self.bodies.inverse_mass[i] = *mass;
             self.bodies.inverse_inertia[i] = *inertia;
@@ -144,6 +191,9 @@ impl Engine<'_> {
         for action in self.actions.iter().filter(|action| action.acts() && action.holds_fully()) {
             for (node, _) in &action.nodes {
                 self.chains.inverse_mass[*node as usize] = 0.0;
+            }
+            for (node, _) in &action.net {
+                self.net.hold(*node);
             }
             for body in &action.bodies {
                 self.bodies.inverse_mass[*body as usize] = 0.0;
@@ -162,6 +212,10 @@ impl Engine<'_> {
             };
             for (node, _) in &action.nodes {
                 let v = &mut self.chains.velocity[*node as usize];
+                *v = replace(*v, velocity, axes);
+            }
+            for (node, _) in &action.net {
+                let v = &mut self.net.net.velocity[*node as usize];
                 *v = replace(*v, velocity, axes);
             }
             for body in &action.bodies {
@@ -186,9 +240,12 @@ impl Engine<'_> {
                     self.set_velocity(action, velocity);
                 }
                 ActionKind::Hold(axes) => self.hold_axes(action, *axes),
+                // Loads of the net were in its kick.
+                ActionKind::Pressure { .. } | ActionKind::Cut(_) | ActionKind::Stretch { .. } => {}
                 ActionKind::Force(tape) => {
-                    let count = (action.nodes.len() + action.bodies.len()).max(1) as f64;
+                    let count = action.count();
                     let share = self.tapes[tape.0 as usize].components() / count;
+                    action.net.iter().for_each(|(node, _)| self.net.push(*node, share * self.h));
                     action.nodes.iter().for_each(|(node, part)| self.push_node(*node, *part, share * self.h));
                     action.bodies.iter().for_each(|body| self.push_body(*body as usize, share * self.h));
                     action.force = share * count;
@@ -213,7 +270,11 @@ impl Engine<'_> {
             match &action.kind {
                 ActionKind::Hold(axes) if axes.0 != [true; 3] => self.hold_axes(action, *axes),
                 ActionKind::Force(_) => {
-                    let share = action.force * (self.h / (action.nodes.len() + action.bodies.len()).max(1) as f64);
+                    let share = action.force * (self.h / action.count());
+                    for (node, part) in &action.net {
+                        let work = self.net.work(*node, share);
+                        self.book_net_drive(*part, work);
+                    }
                     action.nodes.iter().for_each(|(node, part)| self.book_load(*node, *part, share));
                     for body in &action.bodies {
                         let i = *body as usize;
@@ -234,6 +295,11 @@ impl Engine<'_> {
             }
         }
         self.actions = actions;
+    }
+
+    pub(super) fn book_net_drive(&mut self, part: usize, work: f64) {
+        let account = self.net_account(part);
+        self.ledger.accounts[account].now.drives += work;
     }
 
     /// Unit vector along the yarn out of its end.
@@ -287,6 +353,18 @@ impl Engine<'_> {
             // v⁺ is zero along the held axes, and the impulse has no other components.
             self.ledger.accounts[*part].now.drives += 0.5 * impulse.dot(self.before[i]);
         }
+        for (node, part) in &action.net {
+            let i = *node as usize;
+            if self.net.net.inverse_mass[i] == 0.0 {
+                continue;
+            }
+            self.net.note_change(*node);
+            let dv = replace(DVec3::ZERO, -self.net.net.velocity[i], axes);
+            self.net.net.velocity[i] += dv;
+            let impulse = dv * self.net.net.mass[i];
+            action.force += impulse / self.h;
+            self.book_net_drive(*part, 0.5 * impulse.dot(self.net.before[i]));
+        }
         for body in &action.bodies {
             let i = *body as usize;
             let inverse = self.bodies.inverse_mass[i];
@@ -319,13 +397,23 @@ impl Engine<'_> {
             action.force += impulse / self.h;
             self.ledger.accounts[*part].now.drives += impulse.dot(mean);
         }
+        for (node, part) in &action.net {
+            let i = *node as usize;
+            self.net.note_change(*node);
+            // The kick took the node for free: what is left to the support is the whole change from v*.
+            let impulse = (velocity - self.net.net.velocity[i]) * self.net.net.mass[i];
+            self.net.net.velocity[i] = velocity;
+            action.force += impulse / self.h;
+            self.book_net_drive(*part, 0.5 * impulse.dot(self.net.before[i] + velocity));
+        }
         for body in &action.bodies {
             let i = *body as usize;
             let before = self.bodies_before[i].0;
             self.bodies.velocity[i] = velocity;
             if self.free_body[i].0 > 0.0 {
                 let mass = 1.0 / self.free_body[i].0;
-                let impulse = (velocity - before - self.program.gravity * self.h) * mass;
+                let pull = self.net.wrench.get(i).map_or(DVec3::ZERO, |wrench| wrench.force);
+                let impulse = (velocity - before - self.program.gravity * self.h) * mass - pull * self.h;
                 action.force += impulse / self.h;
                 self.ledger.accounts[self.parts.len() + i].now.drives += impulse.dot(0.5 * (before + velocity));
             }

@@ -7,6 +7,7 @@ use glam::{DQuat, DVec3};
 use super::Refusal;
 use super::actions::Action;
 use super::contact::Touch;
+use super::net::{self, NetRun};
 use super::program::{self, Program};
 use super::readings::{self, Source};
 use super::unfold::{BodyPart, Inputs, Part, unfold};
@@ -24,6 +25,7 @@ pub struct Engine<'p> {
     pub(super) program: Program,
     pub(super) chains: Chains,
     pub(super) bodies: Bodies,
+    pub(super) net: NetRun,
     pub(super) parts: Vec<Part>,
     pub(super) body_part: BodyPart,
     /// v⁻ of nodes; between steps, room for a measuring pass.
@@ -84,7 +86,8 @@ impl<'p> Engine<'p> {
     pub fn new(plan: &'p Plan, inputs: &Inputs, resume: Option<&State>) -> Result<Self, Refusal> {
         let program = program::read(plan)?;
         let unfolded = unfold(plan, inputs)?;
-        let (chains, bodies, parts) = (unfolded.chains, unfolded.bodies, unfolded.parts);
+        let (chains, mut bodies, parts) = (unfolded.chains, unfolded.bodies, unfolded.parts);
+        let net = net::unfold(plan, &mut bodies)?;
         let nodes = chains.position.len();
         let mut engine = Engine {
             plan,
@@ -117,18 +120,22 @@ impl<'p> Engine<'p> {
             program,
             chains,
             bodies,
+            net,
             parts,
         };
+        engine.check_scheme()?;
         engine.actions = super::actions::actions(&engine)?;
         engine.open_tapes()?;
         if let Some(state) = resume {
             engine.take_state(state)?;
         } else {
             let accounts = engine.parts.iter().map(|part| part.name.clone()).chain(engine.body_names());
+            let accounts = accounts.chain(engine.net.parts.iter().map(|part| part.name.clone()));
             engine.ledger.accounts = accounts.map(|part| Account { part, ..Account::default() }).collect();
         }
         engine.cut_blocks();
         engine.check_step_bound()?;
+        engine.check_net_bound()?;
         engine.open_contact(resume.map(|state| state.contact.clone()));
         Ok(engine)
     }
@@ -137,9 +144,9 @@ impl<'p> Engine<'p> {
         self.body_part.recipes.iter().map(|recipe| recipe.name.clone())
     }
 
-    /// Nodes of all chain domains.
+    /// Nodes of all chain domains and of the net.
     pub fn nodes(&self) -> usize {
-        self.chains.position.len()
+        self.chains.position.len() + self.net.count()
     }
 
     pub fn chains(&self) -> &Chains {
@@ -237,6 +244,7 @@ impl<'p> Engine<'p> {
             spent: self.spent.clone(),
             bodies: (0..bodies.position.len()).map(body).collect(),
             contact: self.contact_memory(),
+            net: self.net.state(),
             ledger: self.ledger.clone(),
             tapes: self.tapes.iter().map(|tape| tape.memory.clone()).collect(),
             actions: self.actions.iter().map(|action| action.state).collect(),
@@ -249,7 +257,8 @@ impl<'p> Engine<'p> {
 
     fn take_state(&mut self, state: &State) -> Result<(), Refusal> {
         let fits = state.plan == self.plan.hash
-            && state.position.len() == self.nodes()
+            && state.position.len() == self.chains.position.len()
+            && state.net.position.len() == self.net.count()
             && state.bodies.len() == self.bodies.position.len()
             && state.tapes.len() == self.tapes.len()
             && state.actions.len() == self.actions.len();
@@ -270,6 +279,7 @@ impl<'p> Engine<'p> {
             self.bodies.velocity[i] = body.velocity;
             self.bodies.spin[i] = body.spin;
         }
+        self.net.take_state(&state.net);
         self.broken.clone_from(&state.broken);
         self.spent.clone_from(&state.spent);
         self.ledger = state.ledger.clone();
@@ -310,7 +320,7 @@ fn watch(plan: &Plan) -> Watch {
 }
 
 /// The longest step that any kick of the schedule takes, s.
-fn longest_step(op: &program::Op) -> Option<f64> {
+pub(super) fn longest_step(op: &program::Op) -> Option<f64> {
     use program::Op;
     match op {
         Op::Seq(ops) => ops.iter().filter_map(longest_step).reduce(f64::max),

@@ -4,6 +4,7 @@ mod actions;
 pub mod blocks;
 mod contact;
 mod engine;
+mod net;
 mod output;
 mod program;
 mod readings;

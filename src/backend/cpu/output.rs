@@ -129,12 +129,15 @@ impl Engine<'_> {
     pub fn frame(&self, domains: &[DomainId]) -> Frame {
         let parts = self.parts.iter().enumerate().filter(|(_, part)| domains.contains(&part.id));
         let bodies = self.body_part.domain.is_some_and(|domain| domains.contains(&domain));
-        Frame {
+        let mut frame = Frame {
             time: self.time,
             step: self.step,
             chains: parts.map(|(index, _)| self.chain_frame(index)).collect(),
             bodies: if bodies { self.body_frames() } else { Vec::new() },
-        }
+            ..Frame::default()
+        };
+        self.frame_net(domains, &mut frame);
+        frame
     }
 
     /// All domains as a frame.

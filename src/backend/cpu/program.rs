@@ -2,7 +2,7 @@
 //! before a kick become terms of that kick's loop.
 
 use super::Refusal;
-use crate::plan::{ContactRule, DomainId, Drive, Kernel, Node, PassId, Plan, TapeId, Timing};
+use crate::plan::{ContactRule, DomainId, Drive, Kernel, Node, PassId, Plan, Scheme, TapeId, Timing};
 
 /// One operation of the engine.
 #[derive(Debug)]
@@ -32,6 +32,10 @@ pub enum Op {
     Settle {
         residual: f64,
     },
+    Integrate(Scheme),
+    Equilibrium {
+        residual: f64,
+    },
     Commit,
     Emit,
     /// A pass whose work is done by another operation.
@@ -46,6 +50,10 @@ pub struct Program {
     pub contact: Option<ContactPasses>,
     /// Index of each `Fix` and `Drive` pass.
     pub actions: Vec<usize>,
+    /// What takes the whole step of the net in place of kick and drift.
+    pub scheme: Option<Scheme>,
+    /// A static run by Newton's method, to this residual.
+    pub equilibrium: Option<f64>,
 }
 
 #[derive(Clone, Debug)]
@@ -80,10 +88,18 @@ pub fn read(plan: &Plan) -> Result<Program, Refusal> {
         }),
         _ => None,
     });
-    let is_action = |index: &usize| matches!(passes[*index].kernel, Kernel::Fix { .. } | Kernel::Drive { .. });
+    let is_action = |index: &usize| timing(&passes[*index].kernel).is_some();
     Ok(Program {
         root,
         gravity: gravity.unwrap_or(glam::DVec3::ZERO),
+        scheme: passes.iter().find_map(|pass| match pass.kernel {
+            Kernel::Integrate(scheme) => Some(scheme),
+            _ => None,
+        }),
+        equilibrium: passes.iter().find_map(|pass| match pass.kernel {
+            Kernel::Equilibrium { residual } => Some(residual),
+            _ => None,
+        }),
         contact,
         actions: (0..passes.len()).filter(is_action).collect(),
     })
@@ -127,6 +143,8 @@ fn kernel(kernel: &Kernel) -> Op {
         Kernel::Candidates { .. } => Op::Candidates,
         Kernel::Contact { .. } => Op::Contact,
         Kernel::Break { domain, .. } => Op::Break(*domain),
+        Kernel::Integrate(scheme) => Op::Integrate(*scheme),
+        Kernel::Equilibrium { residual } => Op::Equilibrium { residual: *residual },
         Kernel::Settle { residual } => Op::Settle { residual: *residual },
         Kernel::Axial { .. }
         | Kernel::BulkViscosity { .. }
@@ -141,8 +159,6 @@ fn kernel(kernel: &Kernel) -> Op {
         | Kernel::QuasiSteady(_)
         | Kernel::Cut { .. }
         | Kernel::Stretch { .. }
-        | Kernel::Integrate(_)
-        | Kernel::Equilibrium { .. }
         | Kernel::Ledger => Op::Nothing,
     }
 }
@@ -169,7 +185,11 @@ fn first_pass(node: &Node) -> Option<PassId> {
 /// The timing of an action's pass.
 pub fn timing(kernel: &Kernel) -> Option<&Timing> {
     match kernel {
-        Kernel::Fix { timing, .. } | Kernel::Drive { timing, .. } => Some(timing),
+        Kernel::Fix { timing, .. }
+        | Kernel::Drive { timing, .. }
+        | Kernel::Cut { timing, .. }
+        | Kernel::Stretch { timing, .. } => Some(timing),
+        Kernel::Pressure(pressure) => Some(&pressure.timing),
         _ => None,
     }
 }

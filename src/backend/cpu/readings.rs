@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::Refusal;
 use super::engine::Engine;
+use super::net::NetRun;
 use crate::plan::{Kernel, OriginId, Quantity, Reading, Sink};
 
 /// What an item's name stands for.
@@ -12,6 +13,8 @@ pub enum Source {
     Part(usize),
     Body(usize),
     Action(usize),
+    /// Index into the net's items.
+    Net(usize),
     /// The rules that a `contact` block named.
     Contact,
 }
@@ -20,7 +23,13 @@ pub enum Source {
 pub fn is_vector(quantity: Quantity) -> bool {
     matches!(
         quantity,
-        Quantity::Position | Quantity::Velocity | Quantity::Spin | Quantity::ContactForce | Quantity::Force
+        Quantity::Position
+            | Quantity::Velocity
+            | Quantity::Spin
+            | Quantity::ContactForce
+            | Quantity::Force
+            | Quantity::Axis
+            | Quantity::Confluence
     )
 }
 
@@ -43,7 +52,14 @@ pub fn source(engine: &mut Engine<'_>, reading: &Reading, tape: usize) -> Result
         engine.plan.body.passes.iter().any(is).then_some(Source::Contact)
     };
     let found = part.or_else(body).or_else(action).or_else(contact);
-    let delivered = found.filter(|source| delivers(*source, reading.quantity));
+    let mut delivered = found.filter(|source| delivers(*source, reading.quantity));
+    if delivered.is_none()
+        && let Some(found) = engine.net.item(item)
+        && NetRun::delivers(&found, &engine.net.parts, reading.quantity)
+    {
+        engine.net.items.push(found);
+        delivered = Some(Source::Net(engine.net.items.len() - 1));
+    }
     if let Some(Source::Action(index)) = delivered {
         engine.actions[index].reads_force = true;
     }
@@ -71,6 +87,7 @@ fn delivers(source: Source, quantity: Quantity) -> bool {
         Source::Body(_) => {
             matches!(quantity, Position | Velocity | Spin | Speed | Energy | ContactForce | Penetrations)
         }
+        Source::Net(_) => true,
         Source::Action(_) => quantity == Force,
         Source::Contact => quantity == Touching,
     }
@@ -115,6 +132,7 @@ impl Engine<'_> {
                 let length: f64 = self.chains.rest_length[part.nodes.clone()].iter().sum();
                 number(part.sums.tension_length / length)
             }
+            (Source::Net(item), quantity) => self.read_net(item, quantity),
             (_, Quantity::Penetrations) => number(self.penetrations as f64),
             (Source::Body(body), Quantity::Position) => self.bodies.position[body],
             (Source::Body(body), Quantity::Velocity) => self.bodies.velocity[body],

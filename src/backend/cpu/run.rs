@@ -60,7 +60,8 @@ pub fn run<'a>(
 const SNAPSHOT: u64 = 1024;
 
 /// Groups of passes that wall time is told by.
-const GROUPS: [&str; 8] = ["chains", "contact", "drift", "sections", "breaking", "settling", "tapes", "output"];
+const GROUPS: [&str; 9] =
+    ["chains", "contact", "drift", "sections", "breaking", "settling", "tapes", "output", "scheme"];
 
 struct Runner<'e, 'p, 'o> {
     engine: &'e mut Engine<'p>,
@@ -178,6 +179,8 @@ impl<'e, 'p, 'o> Runner<'e, 'p, 'o> {
             Op::Drift => self.timed(2, Engine::drift),
             Op::Sections(domain) => self.timed(3, |engine| engine.carry_sections(*domain)),
             Op::Break(domain) => self.timed(4, |engine| engine.break_yarns(*domain)),
+            Op::Integrate(scheme) => self.timed(8, |engine| engine.integrate(*scheme)),
+            Op::Equilibrium { residual } => self.timed(8, |engine| engine.equilibrate(*residual)),
             Op::Settle { residual } => self.timed(5, |engine| engine.settle(*residual)),
             Op::Commit => self.commit(),
             Op::Emit => {

@@ -10,8 +10,9 @@ impl Engine<'_> {
     /// After the drift: stops everything where the kinetic energy has passed a peak, and judges the residual force
     /// m|v⁺ − v⁻|/h (contact and supports included) against `residual` times the largest tension.
     pub(super) fn settle(&mut self, residual: f64) {
-        let unbalanced = blocks::residual_force(&self.chains, &self.before, self.h);
+        let unbalanced = blocks::residual_force(&self.chains, &self.before, self.h).max(self.net.unbalanced(self.h));
         let tension = self.parts.iter().map(|part| part.sums.largest_tension).fold(0.0, f64::max);
+        let tension = tension.max(self.net_largest_force());
         if self.step > 0 && unbalanced <= residual * tension {
             self.settled = true;
         }
@@ -36,6 +37,7 @@ impl Engine<'_> {
                 }
             }
         }
+        self.net.stop();
         for i in 0..self.bodies.position.len() {
             let account = &mut self.ledger.accounts[self.parts.len() + i].now;
             account.settling -= account.kinetic;
@@ -43,6 +45,12 @@ impl Engine<'_> {
                 self.bodies.velocity[i] = DVec3::ZERO;
                 self.bodies.spin[i] = DVec3::ZERO;
             }
+        }
+        self.net.carry(&self.bodies);
+        for part in 0..self.net.parts.len() {
+            let account = self.net_account(part);
+            let now = &mut self.ledger.accounts[account].now;
+            now.settling -= now.kinetic;
         }
         self.measure();
         // What driven nodes keep was not taken.

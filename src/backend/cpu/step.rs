@@ -1,5 +1,7 @@
 //! One step: kick, act, touch, drift, turn sections, part segments; and what each of them books.
 
+use glam::DVec3;
+
 use super::blocks;
 use super::engine::{BreakingRoom, Engine};
 use crate::backend::observe::{Halt, HaltReason};
@@ -37,11 +39,15 @@ impl Engine<'_> {
         for (part, account) in self.parts.iter().zip(&mut self.ledger.accounts) {
             account.measured(part.sums.kinetic, part.sums.stored);
         }
+        self.kick_net();
+        self.drag_bodies();
         self.measure_bodies();
         self.look();
+        self.watch_net_bound();
         if self.halt.is_some() {
             // The step is not taken: back to the state before it.
             std::mem::swap(&mut self.chains.velocity, &mut self.before);
+            self.net.unkick();
             return;
         }
         for (part, account) in self.parts.iter().zip(&mut self.ledger.accounts) {
@@ -53,6 +59,8 @@ impl Engine<'_> {
             if self.bodies.inverse_mass[i] > 0.0 {
                 self.bodies.velocity[i] += self.program.gravity * h;
             }
+            self.pull_body(i, h);
+            self.drag_body(i, h);
         }
         self.act();
     }
@@ -66,23 +74,30 @@ impl Engine<'_> {
                 self.bodies.velocity[i] -= self.program.gravity * (0.5 * h);
             }
         }
+        self.half_kick_net(h);
     }
 
     /// Kinetic and stored energy at the present positions, into the ledger, without moving anything.
     pub(super) fn measure(&mut self) {
+        if self.is_whole() {
+            self.whole_forces();
+            self.measure_whole();
+            return;
+        }
         std::mem::swap(&mut self.chains.velocity, &mut self.before);
         self.forces(self.h);
         std::mem::swap(&mut self.chains.velocity, &mut self.before);
         for (part, account) in self.parts.iter().zip(&mut self.ledger.accounts) {
             account.measured(part.sums.kinetic, part.sums.stored);
         }
+        self.measure_net_at_rest();
         self.measure_bodies();
         self.note_largest_strain();
     }
 
     fn measure_bodies(&mut self) {
         for i in 0..self.bodies.position.len() {
-            let energy = self.body_kinetic(i);
+            let energy = self.body_kinetic(i) + self.half_pull(i);
             self.ledger.accounts[self.parts.len() + i].measured(energy, 0.0);
         }
     }
@@ -98,11 +113,12 @@ impl Engine<'_> {
 
     fn note_largest_strain(&mut self) {
         let largest = self.parts.iter().map(|part| part.sums.largest_strain).fold(0.0, f64::max);
+        let largest = self.net.sums.iter().map(|sums| sums.largest_strain).fold(largest, f64::max);
         self.largest_strain = self.largest_strain.max(largest);
     }
 
     /// The run-time watch, on the energies at xₙ.
-    fn look(&mut self) {
+    pub(super) fn look(&mut self) {
         self.note_largest_strain();
         let mut bad = None;
         for (index, account) in self.ledger.accounts.iter().enumerate() {
@@ -148,8 +164,14 @@ impl Engine<'_> {
         match self.parts.get(index) {
             Some(part) => (part.name.clone(), part.origin),
             None => {
-                let body = &self.body_part.recipes[index - self.parts.len()];
-                (body.name.clone(), body.origin)
+                let index = index - self.parts.len();
+                match self.body_part.recipes.get(index) {
+                    Some(body) => (body.name.clone(), body.origin),
+                    None => {
+                        let part = &self.net.parts[index - self.bodies.position.len()];
+                        (part.name.clone(), part.origin)
+                    }
+                }
             }
         }
     }
@@ -168,7 +190,10 @@ impl Engine<'_> {
             let (mass, _) = self.free_body[i];
             if mass > 0.0 {
                 let mean = 0.5 * (self.bodies_before[i].0 + self.bodies.velocity[i]);
-                self.ledger.accounts[self.parts.len() + i].now.gravity += gravity.dot(mean) * (self.h / mass);
+                let drag = self.net.body_drag.get(i).copied().unwrap_or(DVec3::ZERO);
+                let now = &mut self.ledger.accounts[self.parts.len() + i].now;
+                now.gravity += gravity.dot(mean) * (self.h / mass);
+                now.air += drag.dot(mean) * self.h;
             }
         }
     }
@@ -178,6 +203,7 @@ impl Engine<'_> {
         self.act_after_contact();
         self.book_bodies();
         let h = self.h;
+        self.drift_net();
         let block = self.parts.first().map_or(1, |part| part.block);
         blocks::drift(&mut self.chains.position, &self.chains.velocity, h, block);
         let bodies = &mut self.bodies;
@@ -186,6 +212,8 @@ impl Engine<'_> {
             let (turn, spin) = rigid::turn_freely(bodies.turn[i], bodies.spin[i], bodies.inverse_inertia[i], h);
             (bodies.turn[i], bodies.spin[i]) = (turn, spin);
         }
+        self.net.follow(&self.bodies);
+        self.break_net();
     }
 
     pub(super) fn carry_sections(&mut self, domain: DomainId) {

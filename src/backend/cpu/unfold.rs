@@ -85,9 +85,8 @@ pub fn unfold(plan: &Plan, inputs: &Inputs) -> Result<Unfolded, Refusal> {
                 recipes.iter().for_each(|recipe| add_body(&mut all.bodies, recipe));
                 continue;
             }
-            Recipe::Sheet { .. } | Recipe::Line { .. } | Recipe::Points(_) => {
-                return Err(Refusal::new("sheets and lines do not run in this backend", Some(domain.origin)));
-            }
+            // The net's own unfolding takes them once the bodies are there.
+            Recipe::Sheet { .. } | Recipe::Line { .. } | Recipe::Points(_) => continue,
             Recipe::Weave { laws, velocity, .. } | Recipe::Tiled { laws, velocity, .. } => (laws, velocity),
             Recipe::Strand { law, velocity, .. } => (std::slice::from_ref(law), velocity),
         };

@@ -5,9 +5,15 @@
 
 use std::ops::Range;
 
+use glam::DVec4;
+
 use super::bar::Bar;
-use super::membrane::Springs;
-use super::sets::{BarSet, FormSet, TriangleSet};
+use super::elements::Sets;
+use super::fours::{self, Corners, Packs};
+use super::strip::Hold;
+
+/// The node of triangles that fill a pack: none of the net's.
+const FILLER: u32 = u32::MAX;
 
 /// One stretch of nodes. Local numbers: own nodes in order, then the halo.
 #[derive(Clone, Debug, Default)]
@@ -18,16 +24,20 @@ pub struct Block {
     pub triangles: Vec<Triangles>,
     pub bars: Vec<Bars>,
     pub forms: Vec<Form>,
+    pub strips: Vec<Strips>,
 }
 
-/// Triangles of one set in a block: first those whose first corner is a node of the block, which enter its sums.
+/// Triangles of one set in a block, four to a pack: first those whose first corner is a node of the block, which enter
+/// its sums.
 #[derive(Clone, Debug)]
 pub struct Triangles {
     pub set: u32,
+    /// Packs that enter the sums.
     pub owned: usize,
-    pub nodes: Vec<[u32; 3]>,
-    pub springs: Vec<Springs>,
-    pub relaxation: Vec<f64>,
+    pub nodes: Vec<Corners>,
+    pub springs: Packs,
+    /// Times of the dashpots, s; empty without damping.
+    pub relaxation: Vec<DVec4>,
 }
 
 #[derive(Clone, Debug)]
@@ -36,6 +46,14 @@ pub struct Bars {
     pub owned: usize,
     pub nodes: Vec<[u32; 2]>,
     pub bars: Vec<Bar>,
+}
+
+#[derive(Clone, Debug)]
+pub struct Strips {
+    pub set: u32,
+    pub owned: usize,
+    pub nodes: Vec<[u32; 3]>,
+    pub holds: Vec<Hold>,
 }
 
 #[derive(Clone, Debug)]
@@ -65,30 +83,32 @@ fn shared_out<const N: usize>(nodes: &[[u32; N]], size: u32, blocks: usize) -> V
 }
 
 /// Cuts `count` nodes into blocks of `size` and gives each its elements.
-pub fn cut(count: usize, size: usize, triangles: &[TriangleSet], bars: &[BarSet], forms: &[FormSet]) -> Vec<Block> {
+pub fn cut(count: usize, size: usize, sets: &Sets) -> Vec<Block> {
     let size32 = size as u32;
     let blocks = count.div_ceil(size);
     let mut made: Vec<Block> = (0..blocks)
         .map(|b| Block { nodes: (b * size) as u32..((b + 1) * size).min(count) as u32, ..Block::default() })
         .collect();
-    for (set, triangles) in triangles.iter().enumerate().filter(|(_, set)| !set.springs.is_empty()) {
+    for (set, triangles) in sets.triangles.iter().enumerate().filter(|(_, set)| !set.springs.is_empty()) {
         for (block, [own, shared]) in made.iter_mut().zip(shared_out(&triangles.nodes, size32, blocks)) {
-            let owned = own.len();
-            let list: Vec<usize> = own.into_iter().chain(shared).map(|e| e as usize).collect();
-            if list.is_empty() {
+            if own.is_empty() && shared.is_empty() {
                 continue;
             }
-            let relaxation = if triangles.relaxation.is_empty() { vec![] } else { pick(&triangles.relaxation, &list) };
+            let owned = own.len().div_ceil(4);
+            let list: Vec<[Option<usize>; 4]> = fours::groups(&own).chain(fours::groups(&shared)).collect();
+            let corners = |t: Option<usize>| t.map_or([FILLER; 3], |t| triangles.nodes[t]);
+            let relaxation = |t: Option<usize>| t.map_or(0.0, |t| triangles.relaxation[t]);
+            let damped = !triangles.relaxation.is_empty();
             block.triangles.push(Triangles {
                 set: set as u32,
                 owned,
-                nodes: pick(&triangles.nodes, &list),
-                springs: pick(&triangles.springs, &list),
-                relaxation,
+                nodes: list.iter().map(|four| fours::corners(four.map(corners))).collect(),
+                springs: fours::packs(triangles, &list),
+                relaxation: if damped { list.iter().map(|four| four.map(relaxation).into()).collect() } else { vec![] },
             });
         }
     }
-    for (set, bars) in bars.iter().enumerate() {
+    for (set, bars) in sets.bars.iter().enumerate() {
         for (block, [own, shared]) in made.iter_mut().zip(shared_out(&bars.nodes, size32, blocks)) {
             let owned = own.len();
             let list: Vec<usize> = own.into_iter().chain(shared).map(|e| e as usize).collect();
@@ -98,7 +118,17 @@ pub fn cut(count: usize, size: usize, triangles: &[TriangleSet], bars: &[BarSet]
             }
         }
     }
-    for (set, form) in forms.iter().enumerate() {
+    for (set, strips) in sets.strips.iter().enumerate() {
+        for (block, [own, shared]) in made.iter_mut().zip(shared_out(&strips.nodes, size32, blocks)) {
+            let owned = own.len();
+            let list: Vec<usize> = own.into_iter().chain(shared).map(|e| e as usize).collect();
+            if !list.is_empty() {
+                let (nodes, holds) = (pick(&strips.nodes, &list), pick(&strips.holds, &list));
+                block.strips.push(Strips { set: set as u32, owned, nodes, holds });
+            }
+        }
+    }
+    for (set, form) in sets.forms.iter().enumerate() {
         for block in &mut made {
             let from = form.rows.partition_point(|row| *row < block.nodes.start);
             let to = form.rows.partition_point(|row| *row < block.nodes.end);
@@ -122,17 +152,18 @@ fn pick<T: Copy>(from: &[T], list: &[usize]) -> Vec<T> {
     list.iter().map(|e| from[*e]).collect()
 }
 
-/// Finds the halo and turns net numbers into the block's own.
+/// Finds the halo and turns net numbers into the block's own; fillers get the number after the halo.
 fn localise(block: &mut Block) {
     let own = block.nodes.clone();
     let mut halo = Vec::new();
     let mut seen = |n: &u32| {
-        if !own.contains(n) {
+        if !own.contains(n) && *n != FILLER {
             halo.push(*n);
         }
     };
-    block.triangles.iter().for_each(|t| t.nodes.as_flattened().iter().for_each(&mut seen));
+    block.triangles.iter().for_each(|t| t.nodes.as_flattened().as_flattened().iter().for_each(&mut seen));
     block.bars.iter().for_each(|b| b.nodes.as_flattened().iter().for_each(&mut seen));
+    block.strips.iter().for_each(|s| s.nodes.as_flattened().iter().for_each(&mut seen));
     block.forms.iter().for_each(|f| f.columns.iter().for_each(&mut seen));
     halo.sort_unstable();
     halo.dedup();
@@ -140,8 +171,9 @@ fn localise(block: &mut Block) {
     let local = |n: &mut u32| {
         *n = if own.contains(n) { *n - own.start } else { count + halo.partition_point(|h| h < n) as u32 };
     };
-    block.triangles.iter_mut().for_each(|t| t.nodes.as_flattened_mut().iter_mut().for_each(local));
+    block.triangles.iter_mut().for_each(|t| t.nodes.as_flattened_mut().as_flattened_mut().iter_mut().for_each(local));
     block.bars.iter_mut().for_each(|b| b.nodes.as_flattened_mut().iter_mut().for_each(local));
+    block.strips.iter_mut().for_each(|s| s.nodes.as_flattened_mut().iter_mut().for_each(local));
     block.forms.iter_mut().for_each(|f| f.columns.iter_mut().chain(&mut f.rows).for_each(local));
     block.halo = halo;
 }

@@ -1,12 +1,12 @@
 //! Safe bounds on the highest frequency of a piece alone, and its lumped mass.
 //!
 //! A mode of the whole moves no element faster than that element's own highest mode does with its share of the mass
-//! (Irons & Treharne 1971), so the largest over the elements bounds the piece; sewing pieces together only adds mass
-//! to nodes and can only lower it.
+//! (Irons & Treharne 1971), so the largest over the elements bounds the piece, and so does the largest row of M⁻¹K
+//! (Gershgorin); sewing pieces together can only lower it.
 
-use super::membrane;
+use super::{bending, grid, membrane};
 use crate::geometry::sheet::SheetMesh;
-use crate::plan::{CordLaw, FabricLaw};
+use crate::plan::{BendingLaw, CordLaw, FabricLaw};
 
 /// The highest frequency that a piece can have at rest.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -50,22 +50,95 @@ pub fn line_mass(rest_length: &[f64], nodes: usize, law: &CordLaw) -> Vec<f64> {
     mass
 }
 
-/// Of a sheet that triangles carry.
+/// Of a sheet: its triangles, its springs and its bending each alone with all the mass; their squares add up (Rayleigh).
 pub fn sheet_bound(mesh: &SheetMesh, law: &FabricLaw) -> Bound {
+    let mut bound = triangles_bound(mesh, law);
+    let mass = lumped_mass(mesh, law);
+    let (groups, _) = grid::springs(mesh, law);
+    let springs = springs_squared(&groups, &mass);
+    if bound.omega == 0.0 {
+        bound.relaxation = springs_relaxation(mesh, law, &groups);
+    }
+    let bending = match law.bending {
+        Some(BendingLaw::Hinge { weft, warp }) => form_squared(&bending::form(mesh, weft, warp), &mass),
+        Some(BendingLaw::OppositeSprings { .. }) | None => (0.0, 0),
+    };
+    let stretching = bound.omega * bound.omega;
+    bound.omega = (stretching + springs.0 + bending.0).sqrt();
+    for (squared, node) in [springs, bending] {
+        if squared > stretching {
+            let touches = mesh.triangles.iter().position(|t| t.contains(&node));
+            bound.element = touches.map_or(0, |t| t as u32);
+        }
+    }
+    bound
+}
+
+fn triangles_bound(mesh: &SheetMesh, law: &FabricLaw) -> Bound {
     let mut bound = Bound::default();
     let Some(elasticity) = membrane::elasticity(&law.membrane) else {
         return bound;
     };
-    for (element, triangle) in mesh.triangles.iter().enumerate() {
-        let corners = triangle.map(|node| mesh.material[node as usize]);
-        let mass = law.areal_density * 0.5 * (corners[1] - corners[0]).perp_dot(corners[2] - corners[0]);
-        let omega = membrane::frequency(&membrane::springs(corners, elasticity), corners, mass);
-        bound.relaxation = bound.relaxation.max(2.0 * law.damping / omega);
+    // Any way to share each node's mass among its triangles gives a bound: shares that go with the stiffness at the
+    // corner keep a sliver beside large triangles from counting its own small area alone.
+    let mass = lumped_mass(mesh, law);
+    let corners = |triangle: &[u32; 3]| triangle.map(|node| mesh.material[node as usize]);
+    let alone = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    let mut at_node = vec![0.0; mass.len()];
+    let mut at_corner = Vec::with_capacity(mesh.triangles.len());
+    for triangle in &mesh.triangles {
+        let material = corners(triangle);
+        let springs = membrane::springs(material, elasticity);
+        let held = alone.map(|inverse| membrane::squared_frequency(&springs, material, inverse));
+        triangle.iter().zip(held).for_each(|(node, k)| at_node[*node as usize] += k);
+        at_corner.push(held);
+    }
+    for (element, (triangle, held)) in mesh.triangles.iter().zip(&at_corner).enumerate() {
+        let material = corners(triangle);
+        let springs = membrane::springs(material, elasticity);
+        let area = 0.5 * (material[1] - material[0]).perp_dot(material[2] - material[0]);
+        let own = membrane::frequency(&springs, material, law.areal_density * area);
+        bound.relaxation = bound.relaxation.max(2.0 * law.damping / own);
+        let inverse = [0, 1, 2].map(|i| at_node[triangle[i] as usize] / (held[i] * mass[triangle[i] as usize]));
+        let omega = membrane::squared_frequency(&springs, material, inverse).sqrt();
         if omega > bound.omega {
             (bound.omega, bound.element) = (omega, element as u32);
         }
     }
     bound
+}
+
+/// The largest row of M⁻¹K of springs, ω², and its node: a spring's blocks have the norm k whatever its direction.
+fn springs_squared(groups: &[grid::Springs], mass: &[f64]) -> (f64, u32) {
+    let mut rows = vec![0.0; mass.len()];
+    for group in groups {
+        for (pair, _) in &group.pairs {
+            pair.iter().for_each(|node| rows[*node as usize] += 2.0 * group.stiffness);
+        }
+    }
+    largest_row(&rows, mass)
+}
+
+/// The same of a form's entries; its diagonal is minus the sum of the row.
+fn form_squared(entries: &[(u32, u32, f64)], mass: &[f64]) -> (f64, u32) {
+    let (mut rows, mut diagonal) = (vec![0.0; mass.len()], vec![0.0; mass.len()]);
+    for (i, _, k) in entries {
+        rows[*i as usize] += k.abs();
+        diagonal[*i as usize] -= k;
+    }
+    rows.iter_mut().zip(&diagonal).for_each(|(row, d)| *row += d.abs());
+    largest_row(&rows, mass)
+}
+
+fn largest_row(rows: &[f64], mass: &[f64]) -> (f64, u32) {
+    let each = rows.iter().zip(mass).enumerate().filter(|(_, (_, mass))| **mass > 0.0);
+    each.fold((0.0, 0), |best, (node, (row, mass))| if row / mass > best.0 { (row / mass, node as u32) } else { best })
+}
+
+/// The time of the dashpots of a sheet that springs carry, s: their highest mode has the law's share of critical damping.
+pub fn springs_relaxation(mesh: &SheetMesh, law: &FabricLaw, groups: &[grid::Springs]) -> f64 {
+    let (squared, _) = springs_squared(groups, &lumped_mass(mesh, law));
+    if squared > 0.0 { 2.0 * law.damping / squared.sqrt() } else { 0.0 }
 }
 
 /// Of a line: 2/L·√(EA/ρ) of its shortest segment, which holds at any strain under 1.

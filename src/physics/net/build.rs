@@ -3,10 +3,11 @@
 use super::PartId;
 use super::bar::{Bar, Way};
 use super::elements::{Elements, Sets};
-use super::membrane;
-use super::sets::{BarSet, TriangleSet};
+use super::sets::{BarSet, FormSet, StripSet, TriangleSet};
+use super::strip::{self, Strip};
+use super::{bending, bound, grid, membrane};
 use crate::geometry::sheet::SheetMesh;
-use crate::plan::{CordLaw, FabricLaw};
+use crate::plan::{BendingLaw, CordLaw, FabricLaw, MembraneLaw, SeamLaw};
 
 /// Gathers the elements of a net.
 #[derive(Debug)]
@@ -35,9 +36,18 @@ impl Builder {
             nodes: mesh.triangles.iter().map(|t| t.map(|node| node_of[node as usize])).collect(),
             local: (0..mesh.triangles.len() as u32).collect(),
             area: mesh.triangles.iter().map(area).collect(),
+            isotropic: None,
+            modulus: 0.0,
             springs: vec![],
             relaxation: vec![],
         };
+        match law.membrane {
+            MembraneLaw::Isotropic { stiffness, poisson } => {
+                (set.isotropic, set.modulus) = (Some([stiffness, poisson]), stiffness);
+            }
+            MembraneLaw::Orthotropic { weft, warp, .. } => set.modulus = weft.min(warp),
+            MembraneLaw::Springs { .. } | MembraneLaw::Particles { .. } => {}
+        }
         if let Some(elasticity) = membrane::elasticity(&law.membrane) {
             let corners = |t: &[u32; 3]| t.map(|node| mesh.material[node as usize]);
             set.springs = mesh.triangles.iter().map(|t| membrane::springs(corners(t), elasticity)).collect();
@@ -50,6 +60,56 @@ impl Builder {
             }
         }
         self.sets.triangles.push(set);
+        self.add_springs(part, mesh, node_of, law);
+        if let Some(BendingLaw::Hinge { weft, warp }) = law.bending {
+            self.add_form(part, bending::form(mesh, weft, warp), node_of);
+        }
+    }
+
+    fn add_springs(&mut self, part: PartId, mesh: &SheetMesh, node_of: &[u32], law: &FabricLaw) {
+        let (groups, cap) = grid::springs(mesh, law);
+        let relaxation = if groups.is_empty() { 0.0 } else { bound::springs_relaxation(mesh, law, &groups) };
+        for group in groups {
+            // Beside triangles they are springs across folds, which nothing damps.
+            let across = membrane::elasticity(&law.membrane).is_some();
+            let bar = |(_, rest): &([u32; 2], f64)| Bar {
+                rest: *rest,
+                stiffness: group.stiffness,
+                dashpot: if across { 0.0 } else { relaxation * group.stiffness },
+            };
+            self.sets.bars.push(BarSet {
+                part,
+                way: group.way,
+                nodes: group.pairs.iter().map(|(pair, _)| pair.map(|node| node_of[node as usize])).collect(),
+                local: (0..group.pairs.len() as u32).collect(),
+                bars: group.pairs.iter().map(bar).collect(),
+                damped: relaxation > 0.0 && !across,
+                strength: f64::INFINITY,
+                ratio: 1.0,
+                cap,
+                line: false,
+            });
+        }
+    }
+
+    /// Entries in mesh nodes, rising; nodes of the net that two of the mesh share have one row.
+    fn add_form(&mut self, part: PartId, entries: Vec<(u32, u32, f64)>, node_of: &[u32]) {
+        let net = |(i, j, k): (u32, u32, f64)| (node_of[i as usize], node_of[j as usize], k);
+        let mut entries: Vec<(u32, u32, f64)> = entries.into_iter().map(net).filter(|(i, j, _)| i != j).collect();
+        entries.sort_by_key(|(i, j, _)| (*i, *j));
+        let mut set = FormSet { part, rows: vec![], first: vec![], columns: vec![], weight: vec![] };
+        for (i, j, k) in entries {
+            if set.rows.last() != Some(&i) {
+                set.rows.push(i);
+                set.first.push(set.columns.len() as u32);
+            }
+            set.columns.push(j);
+            set.weight.push(k);
+        }
+        set.first.push(set.columns.len() as u32);
+        if !set.rows.is_empty() {
+            self.sets.forms.push(set);
+        }
     }
 
     /// A line through `nodes` of the net in order, with a segment to each next one and back to the first where `closed`.
@@ -72,6 +132,12 @@ impl Builder {
             cap: f64::INFINITY,
             line: true,
         });
+    }
+
+    /// The strip of a seam. A tape along it is a line of its own.
+    pub fn add_strip(&mut self, part: PartId, strip: &Strip<'_>, law: &SeamLaw) {
+        let (nodes, holds) = strip::holds(strip, law).into_iter().unzip();
+        self.sets.strips.push(StripSet { part, nodes, holds });
     }
 
     /// Cuts the net into blocks of `block` nodes: some thousands, set by the plan and not by the number of threads.

@@ -5,8 +5,9 @@ use std::sync::{Mutex, PoisonError};
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::bar::Way;
 use super::blocks::{self, Block};
-use super::sets::{BarSet, FormSet, TriangleSet};
+use super::sets::{BarSet, FormSet, StripSet, TriangleSet};
 use super::sweep::{Scratch, sweep};
 use super::{NodeSums, PartId, PartSums};
 
@@ -19,11 +20,20 @@ pub struct Sets {
     pub triangles: Vec<TriangleSet>,
     pub bars: Vec<BarSet>,
     pub forms: Vec<FormSet>,
+    pub strips: Vec<StripSet>,
     /// Something damps: velocities are read.
     pub damped: bool,
 }
 
 impl Sets {
+    /// The part of every set, some more than once.
+    fn parts(&self) -> impl Iterator<Item = PartId> {
+        let triangles = self.triangles.iter().map(|set| set.part);
+        let bars = self.bars.iter().map(|set| set.part);
+        let forms = self.forms.iter().map(|set| set.part);
+        triangles.chain(bars).chain(forms).chain(self.strips.iter().map(|set| set.part))
+    }
+
     fn has_damping(&self) -> bool {
         self.triangles.iter().any(|set| !set.relaxation.is_empty()) || self.bars.iter().any(|set| set.damped)
     }
@@ -95,8 +105,8 @@ impl Elements {
     pub(super) fn cut_anew(&mut self) {
         let sets = &mut self.sets;
         sets.damped = sets.has_damping();
-        self.blocks = blocks::cut(self.nodes, self.size, &sets.triangles, &sets.bars, &sets.forms);
-        let lists = |block: &Block| block.triangles.len() + block.bars.len() + block.forms.len();
+        self.blocks = blocks::cut(self.nodes, self.size, sets);
+        let lists = |block: &Block| block.triangles.len() + block.bars.len() + block.forms.len() + block.strips.len();
         self.sums = self.blocks.iter().map(|block| vec![PartSums::default(); lists(block)]).collect();
         self.of_nodes = vec![NodeSums::default(); self.blocks.len()];
     }
@@ -187,22 +197,19 @@ impl Elements {
 
     /// Brings the sums of all blocks to their parts, in block order.
     fn total(&self, parts: &mut [PartSums]) {
-        let known = || {
-            let triangles = self.sets.triangles.iter().map(|set| set.part);
-            triangles.chain(self.sets.bars.iter().map(|set| set.part)).chain(self.sets.forms.iter().map(|set| set.part))
-        };
-        for PartId(part) in known() {
+        for PartId(part) in self.sets.parts() {
             parts[part as usize] = PartSums { largest_strain: f64::NEG_INFINITY, ..PartSums::default() };
         }
         for (block, sums) in self.blocks.iter().zip(&self.sums) {
             let triangles = block.triangles.iter().map(|list| self.sets.triangles[list.set as usize].part);
             let bars = block.bars.iter().map(|list| self.sets.bars[list.set as usize].part);
             let forms = block.forms.iter().map(|list| self.sets.forms[list.set as usize].part);
-            for (PartId(part), sum) in triangles.chain(bars).chain(forms).zip(sums) {
+            let strips = block.strips.iter().map(|list| self.sets.strips[list.set as usize].part);
+            for (PartId(part), sum) in triangles.chain(bars).chain(forms).chain(strips).zip(sums) {
                 parts[part as usize].add(sum);
             }
         }
-        for PartId(part) in known() {
+        for PartId(part) in self.sets.parts() {
             let strain = &mut parts[part as usize].largest_strain;
             if *strain == f64::NEG_INFINITY {
                 *strain = 0.0;
@@ -221,6 +228,10 @@ impl Elements {
         for set in &self.sets.bars {
             let each = set.nodes.iter().enumerate();
             sum += each.map(|(b, [i, j])| set.bar(b).stored(set.way, at(*j) - at(*i))).sum::<f64>();
+        }
+        for set in &self.sets.strips {
+            let each = set.nodes.iter().zip(&set.holds);
+            sum += each.map(|(nodes, hold)| hold.spring.stored(Way::Both, hold.gap(nodes.map(at)))).sum::<f64>();
         }
         for set in &self.sets.forms {
             for (row, ends) in set.rows.iter().zip(set.first.windows(2)) {

@@ -5,6 +5,7 @@ use glam::{DMat3, DVec3};
 use super::PartId;
 use super::elements::Elements;
 use super::membrane;
+use super::strip::Hold;
 
 impl Elements {
     /// Adds a pressure `p` (Pa) on every triangle of a sheet along its normal as it lies: p·A·n/3 on each corner, N. The
@@ -29,7 +30,27 @@ impl Elements {
         }
     }
 
-    /// Σ ⅓A·n of a sheet's triangles as they lie, m²: the load that a pressure of 1 Pa is.
+    /// Adds the sewing force of a strip: `per_length` (N/m) draws each edge to the other, half by either side's nodes.
+    pub fn draw_together(&self, part: PartId, position: &[DVec3], per_length: f64, force: &mut [DVec3]) {
+        for set in self.sets.strips.iter().filter(|set| set.part == part) {
+            for (nodes, hold) in set.nodes.iter().zip(&set.holds) {
+                let gap = hold.gap(nodes.map(|n| position[n as usize]));
+                let pull = gap.normalize_or_zero() * (per_length * hold.length);
+                nodes.iter().zip(hold.weights()).for_each(|(n, w)| force[*n as usize] -= pull * w);
+            }
+        }
+    }
+
+    /// Gaps of a strip from each node to its foot, m: those of the first edge's nodes, then the second's.
+    pub fn gaps(&self, part: PartId, position: &[DVec3], out: &mut Vec<f64>) {
+        out.clear();
+        for set in self.sets.strips.iter().filter(|set| set.part == part) {
+            let gap = |(nodes, hold): (&[u32; 3], &Hold)| hold.gap(nodes.map(|n| position[n as usize])).length();
+            out.extend(set.nodes.iter().zip(&set.holds).map(gap));
+        }
+    }
+
+    /// Σ A·n of a sheet's triangles as they lie, m²: the load that a pressure of 1 Pa is.
     pub fn area_vector(&self, part: PartId, position: &[DVec3]) -> DVec3 {
         let of = |nodes: &[u32; 3]| {
             let [a, b, c] = nodes.map(|n| position[n as usize]);

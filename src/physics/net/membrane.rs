@@ -8,27 +8,13 @@ use glam::{DMat3, DVec2, DVec3};
 
 use crate::plan::MembraneLaw;
 
-/// A triangle's springs. Edge `a` is the one opposite corner `a`; its strain is εₐ = lₐ²/Lₐ² − 1, twice Green's.
+/// A triangle's springs. Edge `a` is the one opposite corner `a`; what stretches it is dₐ = lₐ² − Lₐ², m².
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Springs {
-    /// 1/Lₐ², 1/m².
-    pub inverse_square: [f64; 3],
-    /// C of W = ½ εᵀCε, J: 00, 11, 22, 12, 20, 01.
+    /// Lₐ², m².
+    pub rest_square: [f64; 3],
+    /// C of W = ½ dᵀCd, J/m⁴: 00, 11, 22, 12, 20, 01.
     pub stiffness: [f64; 6],
-}
-
-/// What one triangle does, N, J and W.
-#[derive(Clone, Copy, Debug)]
-pub struct Pull {
-    pub force: [DVec3; 3],
-    /// Of damping.
-    pub lag: [DVec3; 3],
-    /// W, J.
-    pub stored: f64,
-    /// Power that damping takes out, W.
-    pub damping: f64,
-    /// The largest of the εₐ: twice the largest Green strain of an edge.
-    pub strain: f64,
 }
 
 /// Elasticity in the axes of the cloth: N/m, Voigt order weft, warp, shear angle.
@@ -47,42 +33,46 @@ pub fn elasticity(law: &MembraneLaw) -> Option<DMat3> {
 
 /// Springs of a triangle from its material coordinates (m) and [`elasticity`].
 ///
-/// The strain of an edge along the unit vector m is mᵀEm, linear in E's three numbers; its inverse T⁻¹ brings the
-/// energy A/2·EᵀDE to the edges. For an isotropic cloth this is Delingette's k and c with μ = E/(1+ν), times Lₐ²L_b².
+/// The Green strain of an edge along m is mᵀEm/L², so that d = 2mᵀEm, linear in E's three numbers; its inverse T⁻¹
+/// brings the energy A/2·EᵀDE to the edges. For an isotropic cloth this is half Delingette's k and c, with μ = E/(1+ν).
 pub fn springs(material: [DVec2; 3], elasticity: DMat3) -> Springs {
     let [a, b, c] = material;
     let area = 0.5 * (b - a).perp_dot(c - a);
     let edges = [c - b, a - c, b - a];
-    let inverse_square = edges.map(|m| 1.0 / m.length_squared());
-    let row = |a: usize| {
-        DVec3::new(edges[a].x * edges[a].x, edges[a].y * edges[a].y, edges[a].x * edges[a].y) * inverse_square[a]
-    };
+    let row = |a: usize| DVec3::new(edges[a].x * edges[a].x, edges[a].y * edges[a].y, edges[a].x * edges[a].y) * 2.0;
     let strain_of = DMat3::from_cols(row(0), row(1), row(2)).transpose().inverse();
-    // ε is twice Green's strain.
-    let form = strain_of.transpose() * elasticity * strain_of * (0.25 * area);
+    let form = strain_of.transpose() * elasticity * strain_of * area;
     let at = |i: usize, j: usize| 0.5 * (form.col(j)[i] + form.col(i)[j]);
-    Springs { inverse_square, stiffness: [at(0, 0), at(1, 1), at(2, 2), at(1, 2), at(2, 0), at(0, 1)] }
+    Springs {
+        rest_square: edges.map(|m| m.length_squared()),
+        stiffness: [at(0, 0), at(1, 1), at(2, 2), at(1, 2), at(2, 0), at(0, 1)],
+    }
 }
 
 /// The highest frequency of a triangle of `mass` (kg) alone, a third at each corner, at rest, rad/s.
-///
-/// With the Cholesky factor of C the eigenvalues of M⁻¹K are those of the 3×3 form LᵀGL, G the products of the strains'
-/// slopes; the largest is found in closed form.
 pub fn frequency(springs: &Springs, material: [DVec2; 3], mass: f64) -> f64 {
+    squared_frequency(springs, material, [3.0 / mass; 3]).sqrt()
+}
+
+/// The square of the highest frequency at rest with these inverse masses (1/kg) at the corners, 1/s².
+///
+/// With the Cholesky factor of C the eigenvalues of M⁻¹K are those of the 3×3 form LᵀGL, G the products of the slopes
+/// of d; the largest is found in closed form.
+pub fn squared_frequency(springs: &Springs, material: [DVec2; 3], inverse_mass: [f64; 3]) -> f64 {
     let edges = edges(material.map(|m| m.extend(0.0)));
     let slope = |a: usize, i: usize| {
         // Corner i is the end of edge i+1 and the start of edge i+2.
         let sign = [0.0, 1.0, -1.0][(a + 3 - i) % 3];
-        edges[a] * (2.0 * sign * springs.inverse_square[a])
+        edges[a] * (2.0 * sign)
     };
     let mut products = DMat3::ZERO;
     for a in 0..3 {
         for b in 0..3 {
-            products.col_mut(b)[a] = (0..3).map(|i| slope(a, i).dot(slope(b, i))).sum();
+            products.col_mut(b)[a] = (0..3).map(|i| slope(a, i).dot(slope(b, i)) * inverse_mass[i]).sum();
         }
     }
     let factor = cholesky(&springs.stiffness);
-    (largest_eigenvalue(factor.transpose() * products * factor) * 3.0 / mass).sqrt()
+    largest_eigenvalue(factor.transpose() * products * factor)
 }
 
 /// L of C = LLᵀ.
@@ -117,61 +107,33 @@ pub fn edges(x: [DVec3; 3]) -> [DVec3; 3] {
 }
 
 impl Springs {
-    /// εₐ of edge vectors.
-    #[inline(always)]
-    pub fn strain(&self, edges: &[DVec3; 3]) -> [f64; 3] {
-        let of = |a: usize| edges[a].length_squared() * self.inverse_square[a] - 1.0;
+    /// dₐ of edge vectors.
+    pub fn excess(&self, edges: &[DVec3; 3]) -> [f64; 3] {
+        let of = |a: usize| edges[a].length_squared() - self.rest_square[a];
         [of(0), of(1), of(2)]
     }
 
-    /// Cε.
-    #[inline(always)]
-    pub fn answer(&self, e: [f64; 3]) -> [f64; 3] {
+    /// Cd.
+    pub fn answer(&self, d: [f64; 3]) -> [f64; 3] {
         let c = &self.stiffness;
         [
-            c[0] * e[0] + c[5] * e[1] + c[4] * e[2],
-            c[5] * e[0] + c[1] * e[1] + c[3] * e[2],
-            c[4] * e[0] + c[3] * e[1] + c[2] * e[2],
+            c[0] * d[0] + c[5] * d[1] + c[4] * d[2],
+            c[5] * d[0] + c[1] * d[1] + c[3] * d[2],
+            c[4] * d[0] + c[3] * d[1] + c[2] * d[2],
         ]
     }
 
-    /// Forces of a triangle at `x` (m), `v` (m/s). `relaxation` (s) is the time τ of the dashpot beside every spring,
-    /// σ = C(ε + τ·dε/dt): strain rates alone, so that a rigid motion feels nothing.
-    #[inline(always)]
-    pub fn pull<const DAMPED: bool>(&self, x: [DVec3; 3], v: [DVec3; 3], relaxation: f64) -> Pull {
-        let edges = edges(x);
-        let strain = self.strain(&edges);
-        let answer = self.answer(strain);
-        let stored = 0.5 * (answer[0] * strain[0] + answer[1] * strain[1] + answer[2] * strain[2]);
-        let spread = |answer: [f64; 3]| {
-            let pull = |a: usize| edges[a] * (2.0 * self.inverse_square[a] * answer[a]);
-            let [p, q, r] = [pull(0), pull(1), pull(2)];
-            [r - q, p - r, q - p]
-        };
-        let (mut damping, mut lag) = (0.0, [DVec3::ZERO; 3]);
-        if DAMPED {
-            let w = self::edges(v);
-            let rate = |a: usize| 2.0 * relaxation * edges[a].dot(w[a]) * self.inverse_square[a];
-            let rate = [rate(0), rate(1), rate(2)];
-            let late = self.answer(rate);
-            damping = (late[0] * rate[0] + late[1] * rate[1] + late[2] * rate[2]) / relaxation;
-            lag = spread(late);
-        }
-        Pull { force: spread(answer), lag, stored, damping, strain: strain[0].max(strain[1]).max(strain[2]) }
-    }
-
-    /// Energy alone, J.
-    #[inline(always)]
+    /// W, J.
     pub fn stored(&self, x: [DVec3; 3]) -> f64 {
-        let strain = self.strain(&edges(x));
-        let answer = self.answer(strain);
-        0.5 * (answer[0] * strain[0] + answer[1] * strain[1] + answer[2] * strain[2])
+        let excess = self.excess(&edges(x));
+        let answer = self.answer(excess);
+        0.5 * (answer[0] * excess[0] + answer[1] * excess[1] + answer[2] * excess[2])
     }
 
     /// The largest principal Green strain, from the metric of the triangle in a frame of its own.
     pub fn principal(&self, x: [DVec3; 3]) -> f64 {
         let edges = edges(x);
-        let rest = self.inverse_square.map(|inverse| 1.0 / inverse);
+        let rest = self.rest_square;
         let now = edges.map(|e| e.length_squared());
         // Rest triangle: edge 2 along the first axis, edge 1 from its end back: c·(u,w) is −edge 1.
         let length = rest[2].sqrt();
@@ -189,32 +151,26 @@ impl Springs {
     /// −∂f/∂x as blocks by corner. `convex` leaves out the part of the stresses' own stiffness that is negative.
     pub fn tangent(&self, x: [DVec3; 3], convex: bool) -> [[DMat3; 3]; 3] {
         let edges = edges(x);
-        let answer = self.answer(self.strain(&edges));
-        let slope = |a: usize| edges[a] * (2.0 * self.inverse_square[a]);
-        let slopes = [slope(0), slope(1), slope(2)];
+        let slopes = edges.map(|e| e * 2.0);
         let mut blocks = self.form(slopes, slopes, 1.0);
-        let tension = |a: usize| 2.0 * self.inverse_square[a] * answer[a];
-        add_scalars(&mut blocks, stress_stiffness([tension(0), tension(1), tension(2)], convex));
+        let tension = self.answer(self.excess(&edges)).map(|s| 2.0 * s);
+        add_scalars(&mut blocks, stress_stiffness(tension, convex));
         blocks
     }
 
     /// −∂f/∂v as blocks by corner.
     pub fn damping_tangent(&self, x: [DVec3; 3], relaxation: f64) -> [[DMat3; 3]; 3] {
-        let edges = edges(x);
-        let slope = |a: usize| edges[a] * (2.0 * self.inverse_square[a]);
-        let slopes = [slope(0), slope(1), slope(2)];
+        let slopes = edges(x).map(|e| e * 2.0);
         self.form(slopes, slopes, relaxation)
     }
 
     /// −∂f/∂x of the damping's force at corner velocities `v` (m/s), as blocks by corner.
     pub fn lag_tangent(&self, x: [DVec3; 3], v: [DVec3; 3], relaxation: f64) -> [[DMat3; 3]; 3] {
         let (edges, w) = (edges(x), edges(v));
-        let scale = |a: usize| 2.0 * self.inverse_square[a];
-        let rate = |a: usize| relaxation * scale(a) * edges[a].dot(w[a]);
-        let late = self.answer([rate(0), rate(1), rate(2)]);
-        let slopes = |of: &[DVec3; 3]| [of[0] * scale(0), of[1] * scale(1), of[2] * scale(2)];
-        let mut blocks = self.form(slopes(&edges), slopes(&w), relaxation);
-        add_scalars(&mut blocks, stress_stiffness([scale(0) * late[0], scale(1) * late[1], scale(2) * late[2]], false));
+        let rate = |a: usize| 2.0 * relaxation * edges[a].dot(w[a]);
+        let late = self.answer([rate(0), rate(1), rate(2)]).map(|s| 2.0 * s);
+        let mut blocks = self.form(edges.map(|e| e * 2.0), w.map(|w| w * 2.0), relaxation);
+        add_scalars(&mut blocks, stress_stiffness(late, false));
         blocks
     }
 

@@ -5,13 +5,18 @@
 //! not depend on the number of threads.
 
 pub mod bar;
+mod bending;
 mod blocks;
 mod bound;
 mod build;
 mod elements;
+mod epochs;
+mod fours;
+mod grid;
 mod loads;
 pub mod membrane;
 mod sets;
+mod strip;
 mod sweep;
 mod tangent;
 #[cfg(test)]
@@ -20,6 +25,8 @@ mod tests;
 pub use bound::{Bound, line_bound, line_mass, lumped_mass, sheet_bound};
 pub use build::Builder;
 pub use elements::{Elements, KickView, Kicked};
+pub use epochs::Corrected;
+pub use strip::{Strip, strip_bound};
 
 use glam::DVec3;
 
@@ -47,7 +54,8 @@ pub struct PartSums {
     pub stored: f64,
     /// Power that damping takes out, W.
     pub damping: f64,
-    /// Of a line (l − L)/L; of a sheet the largest Green strain along an edge of a triangle.
+    /// Of a line (l − L)/L; of a sheet √(2W/AE), the pull along one thread system (the softer, E N/m) that stores as
+    /// much: never under the largest principal strain but in shear of a cloth that shears easily.
     pub largest_strain: f64,
     /// A segment is at or over its strength.
     pub over: bool,

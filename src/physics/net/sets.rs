@@ -3,6 +3,7 @@
 use super::PartId;
 use super::bar::{Bar, Way};
 use super::membrane::Springs;
+use super::strip::Hold;
 
 /// Triangles of a sheet.
 #[derive(Clone, Debug)]
@@ -13,6 +14,10 @@ pub struct TriangleSet {
     pub local: Vec<u32>,
     /// Area at rest, m².
     pub area: Vec<f64>,
+    /// Of an isotropic cloth E, ν; then its springs have a shorter form.
+    pub isotropic: Option<[f64; 2]>,
+    /// Of the softer thread system, N/m.
+    pub modulus: f64,
     /// Empty where springs of a grid carry the sheet.
     pub springs: Vec<Springs>,
     /// Time of the dashpots, s; empty without damping.
@@ -37,6 +42,15 @@ pub struct BarSet {
     pub cap: f64,
     /// Segments of a line, as against springs of a sheet.
     pub line: bool,
+}
+
+/// Holds of a seam's strip.
+#[derive(Clone, Debug)]
+pub struct StripSet {
+    pub part: PartId,
+    /// A node and the two beside its foot.
+    pub nodes: Vec<[u32; 3]>,
+    pub holds: Vec<Hold>,
 }
 
 /// A form ½ Σ Kᵢⱼ xᵢ·xⱼ that no rigid or affine motion stores energy in, by rows, off-diagonal entries alone.

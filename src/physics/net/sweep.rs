@@ -4,8 +4,9 @@ use glam::DVec3;
 
 use super::PartSums;
 use super::bar::{self, BOTH, COMPRESSION, TENSION, Way};
-use super::blocks::{Bars, Block, Form, Triangles};
+use super::blocks::{Bars, Block, Form, Strips};
 use super::elements::Sets;
+use super::fours;
 
 /// What a block works on: local positions, velocities (empty where nothing damps) and forces.
 #[derive(Debug, Default)]
@@ -19,13 +20,15 @@ pub struct Scratch {
 }
 
 impl Scratch {
-    /// Own nodes, then the halo. Allocates only while it is smaller than the largest block.
+    /// Own nodes, then the halo, then one at the origin. Allocates only while it is smaller than the largest block.
     fn load(&mut self, block: &Block, position: &[DVec3], velocity: &[DVec3], damped: bool) {
         let own = block.nodes.start as usize..block.nodes.end as usize;
         let fill = |to: &mut Vec<DVec3>, from: &[DVec3]| {
             to.clear();
             to.extend_from_slice(&from[own.clone()]);
             to.extend(block.halo.iter().map(|n| from[*n as usize]));
+            // What fills the last pack hangs on a node of its own.
+            to.push(DVec3::ZERO);
         };
         let clear = |to: &mut Vec<DVec3>, count: usize| {
             to.clear();
@@ -59,11 +62,7 @@ pub fn sweep(
         }
     };
     for triangles in &block.triangles {
-        next(if triangles.relaxation.is_empty() {
-            stretch(triangles, scratch)
-        } else {
-            stretch_damped(triangles, scratch)
-        });
+        next(fours::stretch(triangles, scratch));
     }
     for bars in &block.bars {
         let set = &sets.bars[bars.set as usize];
@@ -80,56 +79,9 @@ pub fn sweep(
     for form in &block.forms {
         next(bend(form, scratch));
     }
-}
-
-fn stretch(triangles: &Triangles, scratch: &mut Scratch) -> PartSums {
-    let x = &scratch.x[..];
-    let f = &mut scratch.f[..x.len()];
-    let mut sums = PartSums::default();
-    let mut strain = f64::NEG_INFINITY;
-    let mut run = |nodes: &[[u32; 3]], springs: &[super::membrane::Springs], own: bool| {
-        for (&[a, b, c], springs) in nodes.iter().zip(springs) {
-            let [a, b, c] = [a as usize, b as usize, c as usize];
-            let pull = springs.pull::<false>([x[a], x[b], x[c]], [DVec3::ZERO; 3], 0.0);
-            f[a] += pull.force[0];
-            f[b] += pull.force[1];
-            f[c] += pull.force[2];
-            if own {
-                sums.stored += pull.stored;
-                strain = strain.max(pull.strain);
-            }
-        }
-    };
-    let (own, shared) = triangles.nodes.split_at(triangles.owned);
-    run(own, &triangles.springs[..own.len()], true);
-    run(shared, &triangles.springs[own.len()..], false);
-    sums.largest_strain = 0.5 * strain;
-    sums
-}
-
-fn stretch_damped(triangles: &Triangles, scratch: &mut Scratch) -> PartSums {
-    let x = &scratch.x[..];
-    let v = &scratch.v[..x.len()];
-    let f = &mut scratch.f[..x.len()];
-    let lag = &mut scratch.damping[..x.len()];
-    let mut sums = PartSums::default();
-    let mut strain = f64::NEG_INFINITY;
-    let each = triangles.nodes.iter().zip(&triangles.springs).zip(&triangles.relaxation);
-    for (element, ((&[a, b, c], springs), relaxation)) in each.enumerate() {
-        let [a, b, c] = [a as usize, b as usize, c as usize];
-        let pull = springs.pull::<true>([x[a], x[b], x[c]], [v[a], v[b], v[c]], *relaxation);
-        for (node, (force, damping)) in [a, b, c].into_iter().zip(pull.force.into_iter().zip(pull.lag)) {
-            f[node] += force;
-            lag[node] += damping;
-        }
-        if element < triangles.owned {
-            sums.stored += pull.stored;
-            sums.damping += pull.damping;
-            strain = strain.max(pull.strain);
-        }
+    for strips in &block.strips {
+        next(hold(strips, scratch));
     }
-    sums.largest_strain = 0.5 * strain;
-    sums
 }
 
 fn pull<const WAY: u8, const DAMPED: bool>(bars: &Bars, ratio: f64, strength: f64, scratch: &mut Scratch) -> PartSums {
@@ -159,6 +111,21 @@ fn pull<const WAY: u8, const DAMPED: bool>(bars: &Bars, ratio: f64, strength: f6
     }
     sums.over = strain >= strength;
     sums.largest_strain = strain;
+    sums
+}
+
+fn hold(strips: &Strips, scratch: &mut Scratch) -> PartSums {
+    let x = &scratch.x[..];
+    let f = &mut scratch.f[..x.len()];
+    let mut sums = PartSums { largest_strain: f64::NEG_INFINITY, ..PartSums::default() };
+    for (element, (nodes, hold)) in strips.nodes.iter().zip(&strips.holds).enumerate() {
+        let nodes = nodes.map(|n| n as usize);
+        let pull = hold.spring.pull::<BOTH, false>(hold.gap(nodes.map(|n| x[n])), DVec3::ZERO);
+        nodes.into_iter().zip(hold.weights()).for_each(|(n, w)| f[n] -= pull.force * w);
+        if element < strips.owned {
+            sums.stored += pull.stored;
+        }
+    }
     sums
 }
 

@@ -29,6 +29,11 @@ impl Elements {
                 }
             }
         }
+        for set in &self.sets.strips {
+            for (nodes, hold) in set.nodes.iter().zip(&set.holds) {
+                emit(nodes, &hold.tangent(nodes.map(at), convex), each);
+            }
+        }
         for set in &self.sets.forms {
             for (row, ends) in set.rows.iter().zip(set.first.windows(2)) {
                 let entries = ends[0] as usize..ends[1] as usize;
@@ -65,8 +70,9 @@ impl Elements {
                 pairs.push([i.min(j), i.max(j)]);
             }
         };
-        for set in self.sets.triangles.iter().filter(|set| !set.springs.is_empty()) {
-            for [a, b, c] in &set.nodes {
+        let triangles = self.sets.triangles.iter().filter(|set| !set.springs.is_empty()).map(|set| &set.nodes);
+        for nodes in triangles.chain(self.sets.strips.iter().map(|set| &set.nodes)) {
+            for [a, b, c] in nodes {
                 add(*a, *b);
                 add(*b, *c);
                 add(*c, *a);

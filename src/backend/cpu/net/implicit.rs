@@ -1,0 +1,185 @@
+//! Implicit schemes of the net: backward Euler, BDF2, and the midpoint rule with the discrete gradient of the stored energy
+//! (Gonzalez, J. Nonlinear Sci. 6, 1996), which keeps it.
+//!
+//! All three solve M(v − b)/γ = F(x, v) with v = (x − a)/γ for the places x at one time: at the end of the step with γ = h,
+//! b = v₀ or with γ = ⅔h and the two last states (BDF2), in its middle with γ = ½h.
+
+use glam::DVec3;
+
+use super::newton::Newton;
+use crate::backend::cpu::engine::Engine;
+use crate::backend::observe::HaltReason;
+use crate::backend::solve::dot;
+use crate::plan::Scheme;
+
+/// Most Newton steps of one step.
+const MOST: u32 = 80;
+
+/// One system to be solved.
+struct Stage<'a> {
+    a: &'a [DVec3],
+    b: &'a [DVec3],
+    /// s.
+    gamma: f64,
+    /// Of the largest force.
+    residual: f64,
+    /// Stored energy at the start where the discrete gradient is wanted, J.
+    stored: Option<f64>,
+}
+
+impl Engine<'_> {
+    /// One step by an implicit scheme.
+    pub(in crate::backend::cpu) fn implicit(&mut self, scheme: Scheme) {
+        let h = self.h;
+        self.begin();
+        let (x0, v0) = (std::mem::take(&mut self.net.room.x0), std::mem::take(&mut self.net.room.v0));
+        let earlier = std::mem::take(&mut self.net.memory.earlier);
+        let own_energy = !matches!(scheme, Scheme::Midpoint { .. });
+        let solved = match scheme {
+            Scheme::Bdf2 { residual } if earlier.len() == x0.len() => {
+                let back = |now: &[DVec3], then: fn(&(DVec3, DVec3)) -> DVec3| -> Vec<DVec3> {
+                    now.iter().zip(&earlier).map(|(now, before)| *now * (4.0 / 3.0) - then(before) / 3.0).collect()
+                };
+                let (a, b) = (back(&x0, |e| e.0), back(&v0, |e| e.1));
+                self.solve_stage(&Stage { a: &a, b: &b, gamma: 2.0 / 3.0 * h, residual, stored: None }, &x0, h)
+            }
+            Scheme::Midpoint { residual } => {
+                let stored = Some(self.net.elements.stored(&x0));
+                let solved =
+                    self.solve_stage(&Stage { a: &x0, b: &v0, gamma: 0.5 * h, residual, stored }, &x0, 0.5 * h);
+                let net = &mut self.net.net;
+                for i in 0..x0.len() {
+                    net.position[i] = net.position[i] * 2.0 - x0[i];
+                    net.velocity[i] = net.velocity[i] * 2.0 - v0[i];
+                }
+                solved
+            }
+            Scheme::BackwardEuler { residual } | Scheme::Bdf2 { residual } => {
+                self.solve_stage(&Stage { a: &x0, b: &v0, gamma: h, residual, stored: None }, &x0, h)
+            }
+            Scheme::Euler | Scheme::Rk4 | Scheme::Embedded { .. } => true,
+        };
+        if matches!(scheme, Scheme::Bdf2 { .. }) {
+            self.net.memory.earlier = x0.iter().copied().zip(v0.iter().copied()).collect();
+        }
+        (self.net.room.x0, self.net.room.v0) = (x0, v0);
+        self.move_free_bodies(h);
+        if !solved {
+            self.go_back();
+            let message = format!("the equations of a step of {h:.3e} s could not be solved: a shorter step may help");
+            self.stop(HaltReason::NotSettled, message, None, None);
+            return;
+        }
+        self.end(h, own_energy);
+        self.fill_canopies();
+    }
+
+    /// Solves for the net's places and velocities, `along` seconds after `start` for what is driven.
+    fn solve_stage(&mut self, stage: &Stage<'_>, start: &[DVec3], along: f64) -> bool {
+        let mut newton = self.net.take_newton();
+        newton.note_free(&self.net);
+        for i in 0..start.len() {
+            let driven = start[i] + self.net.net.velocity[i] * along;
+            let free = newton.is_free(i);
+            newton.from[i] = (stage.a[i] + stage.b[i] * stage.gamma) * free + driven * (DVec3::ONE - free);
+        }
+        let held = self.net.net.velocity.clone();
+        newton.step.fill(DVec3::ZERO);
+        let mut evaluate = |engine: &mut Self, newton: &mut Newton, share: f64| {
+            engine.stage_residual(newton, stage, start, &held, share);
+        };
+        evaluate(self, &mut newton, 0.0);
+        let mut convex = false;
+        let mut solved = false;
+        for _ in 0..MOST {
+            if self.is_small(&newton, stage) {
+                solved = true;
+                break;
+            }
+            let of_mass = 1.0 / (stage.gamma * stage.gamma);
+            if !newton.solve(&self.net, of_mass, 1.0 / stage.gamma, &mut convex) {
+                break;
+            }
+            newton.from.copy_from_slice(&self.net.net.position);
+            let searched = self.search(&mut newton, &mut evaluate);
+            // A bend in the force stops the whole tangent, not the convex part.
+            convex |= searched.share < 0.2;
+        }
+        self.net.give_newton(newton);
+        solved
+    }
+
+    fn is_small(&self, newton: &Newton, stage: &Stage<'_>) -> bool {
+        let largest = |forces: &mut dyn Iterator<Item = DVec3>| forces.map(|f| f.length()).fold(0.0, f64::max);
+        let left = largest(&mut newton.residual.iter().copied());
+        let scale = largest(&mut self.net.room.force.iter().copied()).max(self.net_largest_force());
+        left <= stage.residual * scale + newton.rounding
+    }
+
+    /// r = F(x, v) − M(v − b)/γ at `from + share·step`.
+    fn stage_residual(&mut self, newton: &mut Newton, stage: &Stage<'_>, start: &[DVec3], held: &[DVec3], share: f64) {
+        let net = &mut self.net.net;
+        for i in 0..start.len() {
+            let free = newton.is_free(i);
+            net.position[i] = newton.from[i] + newton.step[i] * share;
+            let velocity = (net.position[i] - stage.a[i]) / stage.gamma;
+            net.velocity[i] = velocity * free + held[i] * (DVec3::ONE - free);
+        }
+        self.net.room.known = false;
+        self.whole_forces();
+        let net = &self.net;
+        for i in 0..start.len() {
+            let inertia = (net.net.velocity[i] - stage.b[i]) * (net.net.mass[i] / stage.gamma);
+            newton.residual[i] = (net.room.force[i] - inertia) * newton.is_free(i);
+        }
+        if let Some(stored) = stage.stored {
+            self.correct(newton, start, stored);
+        }
+    }
+
+    /// Adds α·M·(d − d̄) with the step d = x₁ − x₀ and its mean over the mass d̄, so that the elastic force's work over
+    /// the step is the loss of stored energy to rounding, and linear momentum is none of it.
+    fn correct(&mut self, newton: &mut Newton, start: &[DVec3], stored: f64) {
+        let net = &mut self.net;
+        let count = start.len();
+        let d: Vec<DVec3> = (0..count).map(|i| (net.net.position[i] - start[i]) * 2.0).collect();
+        let end: Vec<DVec3> = (0..count).map(|i| start[i] + d[i]).collect();
+        let elastic = if net.elements.damped() {
+            let (mut elastic, still) = (vec![DVec3::ZERO; count], vec![DVec3::ZERO; count]);
+            let mut sums = net.sums.clone();
+            net.elements.forces(&net.net.position, &still, &mut elastic, &mut sums);
+            elastic
+        } else {
+            net.room.inner.clone()
+        };
+        let free: Vec<DVec3> = (0..count).map(|i| newton.is_free(i) * net.net.mass[i]).collect();
+        let mass: DVec3 = free.iter().sum();
+        let mean = (0..count).map(|i| d[i] * free[i]).sum::<DVec3>() / mass.max(DVec3::splat(f64::MIN_POSITIVE));
+        // With something held, momentum goes to the support anyway.
+        let mean = if (0..count).all(|i| newton.is_free(i) == DVec3::ONE) { mean } else { DVec3::ZERO };
+        let weight: f64 = (0..count).map(|i| ((d[i] - mean) * (d[i] - mean)).dot(free[i])).sum();
+        let gap = stored - net.elements.stored(&end) - dot(&elastic, &d);
+        let largest = d.iter().map(|d| d.length_squared()).fold(0.0, f64::max);
+        if weight > 1e-24 * mass.max_element() * largest && weight > 0.0 {
+            let alpha = gap / weight;
+            for i in 0..count {
+                newton.residual[i] += (d[i] - mean) * free[i] * alpha;
+            }
+        }
+    }
+
+    /// Bodies on which nothing hangs: gravity and drag exactly to second order, and a free turn.
+    fn move_free_bodies(&mut self, h: f64) {
+        for i in 0..self.bodies.position.len() {
+            let motion = self.net.room.bodies0[i];
+            let force = self.net.room.on_bodies[i].0;
+            let bodies = &mut self.bodies;
+            let dv = force * (h * bodies.inverse_mass[i]);
+            bodies.velocity[i] = motion.velocity + dv;
+            bodies.position[i] = motion.position + (motion.velocity + dv * 0.5) * h;
+            (bodies.turn[i], bodies.spin[i]) =
+                crate::physics::rigid::turn_freely(motion.turn, motion.spin, bodies.inverse_inertia[i], h);
+        }
+        self.net.follow(&self.bodies);
+    }
+}

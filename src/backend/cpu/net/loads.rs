@@ -1,0 +1,203 @@
+//! What acts on the net from outside: pressure on sheets, and air as a force law.
+
+use std::collections::BTreeSet;
+
+use glam::DVec3;
+
+use super::{NetKind, NetPart, NetRun};
+use crate::backend::cpu::Refusal;
+use crate::backend::cpu::actions::ActionKind;
+use crate::backend::cpu::engine::Engine;
+use crate::physics::net::{PartId, PartSums};
+use crate::plan::{CanopyAir, Kernel, Plan, QuasiSteady, TapeId};
+
+/// A canopy felt by slower air than this (m/s) at the start fills by the way that it goes instead of by the clock.
+const STILL: f64 = 1.0;
+/// The largest pressure over dynamic pressure: what a canopy that faces the wind badly, or hangs folded, gets beside it
+/// is spread along the wind.
+const MOST_PRESSURE: f64 = 2.0;
+
+/// One canopy in quasi-steady air.
+#[derive(Debug)]
+pub struct CanopyRun {
+    pub name: String,
+    law: CanopyAir,
+    /// Its sheets.
+    pub parts: Vec<usize>,
+    /// Net nodes with their share of its mass.
+    share: Vec<(u32, f64)>,
+}
+
+/// The air of a plan.
+#[derive(Debug)]
+pub struct AirRun {
+    /// kg/m³.
+    density: f64,
+    wind: Option<TapeId>,
+    /// Drag areas of bodies, m².
+    bodies: Vec<(u32, f64)>,
+}
+
+fn quasi_steady(plan: &Plan) -> Option<&QuasiSteady> {
+    plan.body.passes.iter().find_map(|pass| match &pass.kernel {
+        Kernel::QuasiSteady(air) => Some(air),
+        _ => None,
+    })
+}
+
+/// The air of a plan; none where it has no such pass.
+pub fn air(plan: &Plan) -> Option<AirRun> {
+    quasi_steady(plan).map(|air| AirRun { density: air.density, wind: air.wind, bodies: air.bodies.clone() })
+}
+
+/// The canopies of a plan.
+///
+/// # Errors
+/// Canopies whose sheets are not in the plan, at their origin.
+pub fn canopies(plan: &Plan, parts: &[NetPart], mass: &[f64]) -> Result<Vec<CanopyRun>, Refusal> {
+    let Some(air) = quasi_steady(plan) else { return Ok(Vec::new()) };
+    let mut canopies = Vec::new();
+    for law in &air.canopies {
+        let is_its = |part: &NetPart| {
+            let sheet = matches!(part.kind, NetKind::Sheet { .. });
+            sheet && part.domain.is_some_and(|domain| law.sheets.contains(&domain))
+        };
+        let own: Vec<usize> = (0..parts.len()).filter(|part| is_its(&parts[*part])).collect();
+        let nodes: BTreeSet<u32> = own.iter().flat_map(|part| parts[*part].node_of.iter().copied()).collect();
+        let whole: f64 = nodes.iter().map(|node| mass[*node as usize]).sum();
+        if own.is_empty() || whole <= 0.0 {
+            return Err(Refusal::new(format!("`{}` has no sheets that air could fill", law.name), Some(law.origin)));
+        }
+        let share = nodes.into_iter().map(|node| (node, mass[node as usize] / whole)).collect();
+        canopies.push(CanopyRun { name: law.name.clone(), law: law.clone(), parts: own, share });
+    }
+    Ok(canopies)
+}
+
+impl NetRun {
+    /// Drag area of a canopy as far as it has filled, m².
+    pub fn drag_area(&self, canopy: usize) -> f64 {
+        let law = &self.air_of[canopy].law;
+        let filled = self.memory.filling.get(canopy).map_or(0.0, |(filled, _)| filled.min(1.0));
+        law.drag_area * libm::pow(filled, law.exponent).max(law.first_share).min(1.0)
+    }
+
+    /// The air's velocity less the canopy's, m/s.
+    fn felt(&self, canopy: usize, wind: DVec3) -> DVec3 {
+        let own = self.air_of[canopy].share.iter().map(|(node, share)| self.net.velocity[*node as usize] * *share);
+        wind - own.sum::<DVec3>()
+    }
+
+    /// Drag of one canopy: a pressure over its sheets, and along the wind what that leaves of ½ρw²·CdS.
+    fn fill(&mut self, canopy: usize, density: f64, wind: DVec3) {
+        let felt = self.felt(canopy, wind);
+        let speed = felt.length();
+        if self.memory.filling.len() <= canopy {
+            self.memory.filling.push((0.0, if speed > STILL { speed } else { 0.0 }));
+        }
+        if speed == 0.0 {
+            return;
+        }
+        let along = felt / speed;
+        let drag_area = self.drag_area(canopy);
+        let dynamic = 0.5 * density * speed * speed;
+        let run = &self.air_of[canopy];
+        let x = &self.net.position;
+        let area: DVec3 = run.parts.iter().map(|part| self.elements.area_vector(PartId(*part as u32), x)).sum();
+        let facing = area.dot(along);
+        let pressure = (dynamic * drag_area / facing.abs().max(drag_area / MOST_PRESSURE)).copysign(facing);
+        for part in &run.parts {
+            self.elements.pressure(PartId(*part as u32), x, pressure, &mut self.air);
+        }
+        let rest = along * (dynamic * drag_area) - area * pressure;
+        for (node, share) in &run.share {
+            self.air[*node as usize] += rest * *share;
+        }
+    }
+
+    /// The canopies fill on for `h` (s).
+    fn fill_on(&mut self, h: f64, wind: DVec3) {
+        for canopy in 0..self.air_of.len() {
+            let felt = self.felt(canopy, wind).length();
+            let law = &self.air_of[canopy].law;
+            let way = law.filling * law.diameter;
+            if let Some((filled, first)) = self.memory.filling.get_mut(canopy) {
+                let speed = if *first > 0.0 { *first } else { felt };
+                *filled = if way > 0.0 { (*filled + speed * h / way).min(1.0) } else { 1.0 };
+            }
+        }
+    }
+}
+
+impl Engine<'_> {
+    fn wind(&self) -> DVec3 {
+        let wind = self.net.air_law.as_ref().and_then(|air| air.wind);
+        wind.map_or(DVec3::ZERO, |tape| self.tapes[tape.0 as usize].components())
+    }
+
+    /// Outer forces at the present positions, into the net's loads.
+    pub(in crate::backend::cpu) fn load_net(&mut self) {
+        let pressed = self.actions.iter().any(|action| matches!(action.kind, ActionKind::Pressure { .. }));
+        let count = self.net.count();
+        if pressed {
+            self.net.pressure.clear();
+            self.net.pressure.resize(count, DVec3::ZERO);
+            for action in self.actions.iter().filter(|action| action.acts()) {
+                if let ActionKind::Pressure { tape, parts } = &action.kind {
+                    let p = self.tapes[tape.0 as usize].components().x;
+                    let net = &mut self.net;
+                    for part in parts {
+                        net.elements.pressure(PartId(*part as u32), &net.net.position, p, &mut net.pressure);
+                    }
+                }
+            }
+        }
+        if !self.net.air_of.is_empty() {
+            let (wind, density) = (self.wind(), self.net.air_law.as_ref().map_or(0.0, |air| air.density));
+            self.net.air.clear();
+            self.net.air.resize(count, DVec3::ZERO);
+            for canopy in 0..self.net.air_of.len() {
+                self.net.fill(canopy, density, wind);
+            }
+        }
+        let net = &mut self.net;
+        net.load.clear();
+        match (net.pressure.is_empty(), net.air.is_empty()) {
+            (true, true) => {}
+            (false, true) => net.load.extend_from_slice(&net.pressure),
+            (true, false) => net.load.extend_from_slice(&net.air),
+            (false, false) => net.load.extend(net.pressure.iter().zip(&net.air).map(|(a, b)| *a + *b)),
+        }
+    }
+
+    /// Drag on bodies at the present velocities, N.
+    pub(in crate::backend::cpu) fn drag_bodies(&mut self) {
+        let Some(air) = &self.net.air_law else { return };
+        let wind = air.wind.map_or(DVec3::ZERO, |tape| self.tapes[tape.0 as usize].components());
+        self.net.body_drag.fill(DVec3::ZERO);
+        for (body, area) in &air.bodies {
+            let felt = wind - self.bodies.velocity[*body as usize];
+            self.net.body_drag[*body as usize] += felt * (0.5 * air.density * area * felt.length());
+        }
+    }
+
+    /// The canopies fill on.
+    pub(in crate::backend::cpu) fn fill_canopies(&mut self) {
+        if !self.net.air_of.is_empty() {
+            let (h, wind) = (self.h, self.wind());
+            self.net.fill_on(h, wind);
+        }
+    }
+
+    /// The largest force that the net carries: tensions of lines, reactions of held nodes, weights; N.
+    pub(in crate::backend::cpu) fn net_largest_force(&self) -> f64 {
+        let net = &self.net;
+        let gravity = self.program.gravity.length();
+        let weight = net.net.mass.iter().fold(0.0_f64, |largest, mass| largest.max(mass * gravity));
+        let tension = |(part, sums): (&NetPart, &PartSums)| match part.kind {
+            NetKind::Line { stiffness, .. } => stiffness * sums.largest_strain,
+            _ => 0.0,
+        };
+        net.parts.iter().zip(&net.sums).map(tension).fold(weight.max(net.held_force), f64::max)
+    }
+}

@@ -1,0 +1,124 @@
+//! What changes elements between steps: cuts, breaks, hauled lines; and the elongation cap of spring grids.
+//!
+//! Lists are compacted and the blocks cut anew, so that no loop tests whether an element is alive.
+
+use glam::DVec3;
+
+use super::PartId;
+use super::elements::Elements;
+
+/// What a correction of positions did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Corrected {
+    /// Springs that were over their cap.
+    pub springs: usize,
+    /// Change of the stored energy, J; negative where it took out.
+    pub stored: f64,
+    /// Σ m·Δx over nodes that are not held, kg·m: gravity did g times this work.
+    pub moved: DVec3,
+}
+
+impl Elements {
+    /// Takes out the segments of a line, or springs of a sheet, with these numbers. Those that are gone already, or never
+    /// were, are passed over.
+    pub fn cut_segments(&mut self, part: PartId, segments: &[u32]) {
+        self.keep_bars(part, |local, _| !segments.contains(&local));
+    }
+
+    /// One segment of a line.
+    pub fn cut_segment(&mut self, part: PartId, segment: u32) {
+        self.cut_segments(part, &[segment]);
+    }
+
+    /// Takes out every element of a part at a node of the net: a line is free of it, a sheet has a hole.
+    pub fn cut_node(&mut self, part: PartId, node: u32) {
+        for set in self.sets.triangles.iter_mut().filter(|set| set.part == part) {
+            let keep: Vec<bool> = set.nodes.iter().map(|nodes| !nodes.contains(&node)).collect();
+            retain(&mut set.nodes, &keep);
+            retain(&mut set.local, &keep);
+            retain(&mut set.area, &keep);
+            retain(&mut set.springs, &keep);
+            retain(&mut set.relaxation, &keep);
+        }
+        for set in self.sets.strips.iter_mut().filter(|set| set.part == part) {
+            let keep: Vec<bool> = set.nodes.iter().map(|nodes| !nodes.contains(&node)).collect();
+            retain(&mut set.nodes, &keep);
+            retain(&mut set.holds, &keep);
+        }
+        self.keep_bars(part, |_, nodes| !nodes.contains(&node));
+    }
+
+    fn keep_bars(&mut self, part: PartId, kept: impl Fn(u32, &[u32; 2]) -> bool) {
+        for set in self.sets.bars.iter_mut().filter(|set| set.part == part) {
+            let keep: Vec<bool> = set.local.iter().zip(&set.nodes).map(|(local, nodes)| kept(*local, nodes)).collect();
+            retain(&mut set.nodes, &keep);
+            retain(&mut set.local, &keep);
+            retain(&mut set.bars, &keep);
+        }
+        self.cut_anew();
+    }
+
+    /// Segments of a line at or over their strength, by the numbers that they were built with.
+    pub fn overloaded(&self, part: PartId, position: &[DVec3], out: &mut Vec<u32>) {
+        out.clear();
+        for set in self.sets.bars.iter().filter(|set| set.part == part && set.strength.is_finite()) {
+            for (b, [i, j]) in set.nodes.iter().enumerate() {
+                let length = (position[*j as usize] - position[*i as usize]).length();
+                if length / set.bar(b).rest - 1.0 >= set.strength {
+                    out.push(set.local[b]);
+                }
+            }
+        }
+    }
+
+    /// Hauls a line in or pays it out: its rest lengths are `ratio` times those at the start, its EA stays.
+    pub fn set_rest_ratio(&mut self, part: PartId, ratio: f64) {
+        self.sets.bars.iter_mut().filter(|set| set.part == part && set.line).for_each(|set| set.ratio = ratio);
+    }
+
+    /// Whether springs of some sheet have a cap on their elongation.
+    pub fn capped(&self) -> bool {
+        self.sets.bars.iter().any(|set| set.cap.is_finite())
+    }
+
+    /// Moves the ends of every spring over its cap towards each other until it is at it, spring by spring in order, by
+    /// their inverse masses (Provot 1995; Mozafary & Payvandy's super-elasticity rule). Velocities are left.
+    pub fn correct(&self, position: &mut [DVec3], inverse_mass: &[f64]) -> Corrected {
+        let over = |position: &[DVec3], set: &super::sets::BarSet, b: usize| {
+            let [i, j] = set.nodes[b].map(|n| n as usize);
+            (position[j] - position[i]).length() > set.bars[b].rest * (1.0 + set.cap)
+        };
+        let mut done = Corrected::default();
+        let capped = || self.sets.bars.iter().filter(|set| set.cap.is_finite());
+        if !capped().any(|set| (0..set.bars.len()).any(|b| over(position, set, b))) {
+            return done;
+        }
+        let before = self.stored(position);
+        for set in capped() {
+            for b in 0..set.bars.len() {
+                if !over(position, set, b) {
+                    continue;
+                }
+                let [i, j] = set.nodes[b].map(|n| n as usize);
+                let share = inverse_mass[i] + inverse_mass[j];
+                if share == 0.0 {
+                    continue;
+                }
+                let d = position[j] - position[i];
+                let move_by = d * ((1.0 - set.bars[b].rest * (1.0 + set.cap) / d.length()) / share);
+                position[i] += move_by * inverse_mass[i];
+                position[j] -= move_by * inverse_mass[j];
+                done.springs += 1;
+                let weight = |node: usize| if inverse_mass[node] > 0.0 { 1.0 } else { 0.0 };
+                done.moved += move_by * (weight(i) - weight(j));
+            }
+        }
+        done.stored = self.stored(position) - before;
+        done
+    }
+}
+
+fn retain<T>(list: &mut Vec<T>, keep: &[bool]) {
+    let mut flags = keep.iter();
+    list.retain(|_| flags.next().copied().unwrap_or(true));
+}
