@@ -13,13 +13,8 @@ impl Maker<'_> {
     /// a zero so that the rest of the plan can still be checked.
     pub(super) fn tape(&mut self, name: impl Into<String>, signal: &Signal) -> TapeId {
         let mut tape = Tape { name: name.into(), ops: Vec::new() };
-        let mut lowering = Lowering {
-            scene: self.scene,
-            areas: &self.areas,
-            tape: &mut tape,
-            extreme: None,
-            diagnostics: Vec::new(),
-        };
+        let mut lowering =
+            Lowering { scene: self.scene, areas: &self.areas, tape: &mut tape, extreme: None, diagnostics: Vec::new() };
         lowering.signal(signal);
         let found = lowering.diagnostics;
         self.diagnostics.extend(found);

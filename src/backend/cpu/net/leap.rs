@@ -7,8 +7,8 @@ use rayon::prelude::*;
 
 use super::{NetRun, Wrench};
 use crate::backend::cpu::engine::Engine;
-use crate::physics::net::{KickView, Kicked};
 use crate::physics::Bodies;
+use crate::physics::net::{KickView, Kicked};
 
 /// Nodes of one partial sum, and the fewest that wake another thread.
 const CHUNK: usize = 4096;
@@ -267,4 +267,3 @@ impl Engine<'_> {
         self.parts.len() + self.bodies.position.len() + part
     }
 }
-

@@ -37,11 +37,20 @@ pub enum NetKind {
         /// Net nodes around its vent; empty without one.
         vent: Vec<u32>,
     },
-    Line { closed: bool, stiffness: f64, tension_only: bool, rest_length: Vec<f64> },
+    Line {
+        closed: bool,
+        stiffness: f64,
+        tension_only: bool,
+        rest_length: Vec<f64>,
+    },
     /// With their names.
-    Points { names: Vec<String> },
+    Points {
+        names: Vec<String>,
+    },
     /// A tape or a strip along a join: elements without nodes of its own.
-    Join { edges: [Vec<u32>; 2] },
+    Join {
+        edges: [Vec<u32>; 2],
+    },
 }
 
 /// A domain of the net, or a join with elements. Its index is the [`crate::physics::net::PartId`] of its elements.
@@ -156,10 +165,6 @@ impl NetRun {
 
     /// What a checkpoint keeps.
     pub fn state(&self) -> NetState {
-        NetState {
-            position: self.net.position.clone(),
-            velocity: self.net.velocity.clone(),
-            ..self.memory.clone()
-        }
+        NetState { position: self.net.position.clone(), velocity: self.net.velocity.clone(), ..self.memory.clone() }
     }
 }

@@ -33,9 +33,8 @@ impl NetRun {
         let canopy = self.air_of.iter().position(|canopy| canopy.name == name);
         let mut parts = of_parts(&|part| part.name == name);
         if parts.is_empty() {
-            let inside = |part: &NetPart| {
-                part.name.strip_prefix(name).is_some_and(|rest| rest.starts_with(['.', '[', ' ']))
-            };
+            let inside =
+                |part: &NetPart| part.name.strip_prefix(name).is_some_and(|rest| rest.starts_with(['.', '[', ' ']));
             parts = of_parts(&inside);
         }
         if let (true, Some(canopy)) = (parts.is_empty(), canopy) {
@@ -132,7 +131,8 @@ impl NetRun {
             return (self.mean(&item.vent, x) - confluence).normalize_or_zero();
         }
         let normal = self.area_vector(item).normalize_or_zero();
-        let sheets: Vec<u32> = item.parts.iter().filter(|p| self.is_sheet(**p)).flat_map(|p| self.parts[*p].node_of.clone()).collect();
+        let sheets: Vec<u32> =
+            item.parts.iter().filter(|p| self.is_sheet(**p)).flat_map(|p| self.parts[*p].node_of.clone()).collect();
         let outward = self.mean(&sheets, x) - confluence;
         if outward.dot(normal) < 0.0 { -normal } else { normal }
     }
@@ -155,7 +155,8 @@ impl NetRun {
 
     /// Own numbers of the elements of a part that are left, rising.
     fn left_of(&self, part: usize, count: usize) -> impl Iterator<Item = usize> {
-        let gone: BTreeSet<u32> = self.memory.gone.iter().filter(|(p, _)| *p as usize == part).map(|(_, e)| *e).collect();
+        let gone: BTreeSet<u32> =
+            self.memory.gone.iter().filter(|(p, _)| *p as usize == part).map(|(_, e)| *e).collect();
         (0..count).filter(move |local| !gone.contains(&(*local as u32)))
     }
 
@@ -242,7 +243,8 @@ impl NetRun {
     fn sheet_frame(&self, index: usize, domain: DomainId) -> SheetFrame {
         let part = &self.parts[index];
         let all: &[[u32; 3]] = if let NetKind::Sheet { triangles, .. } = &part.kind { triangles } else { &[] };
-        let holes: BTreeSet<u32> = self.memory.holes.iter().filter(|(p, _)| *p as usize == index).map(|(_, n)| *n).collect();
+        let holes: BTreeSet<u32> =
+            self.memory.holes.iter().filter(|(p, _)| *p as usize == index).map(|(_, n)| *n).collect();
         let whole = |t: &&[u32; 3]| !t.iter().any(|node| holes.contains(&part.node_of[*node as usize]));
         let triangles: Vec<[u32; 3]> = all.iter().filter(whole).copied().collect();
         let mut strain = Vec::new();

@@ -4,8 +4,8 @@
 use glam::DVec3;
 
 use super::leap::spin_change;
-use crate::backend::cpu::actions::ActionKind;
 use crate::backend::cpu::Refusal;
+use crate::backend::cpu::actions::ActionKind;
 use crate::backend::cpu::engine::Engine;
 use crate::backend::ledger::Balance;
 use crate::physics::rigid;
@@ -68,15 +68,14 @@ impl Engine<'_> {
         let Some(pass) = self.plan.body.passes.iter().find(takes) else { return Ok(()) };
         let refuse = |message: &str| Err(Refusal::new(message, Some(pass.origin)));
         if !self.parts.is_empty() {
-            return refuse("yarns are stepped by leapfrog or symplectic Euler alone; this scheme moves sheets and lines");
+            return refuse(
+                "yarns are stepped by leapfrog or symplectic Euler alone; this scheme moves sheets and lines",
+            );
         }
         if self.program.contact.as_ref().is_some_and(|contact| !contact.rules.is_empty()) {
             return refuse("contact works with leapfrog and symplectic Euler alone, not with this scheme");
         }
-        let explicit = matches!(
-            pass.kernel,
-            Kernel::Integrate(Scheme::Euler | Scheme::Rk4 | Scheme::Embedded { .. })
-        );
+        let explicit = matches!(pass.kernel, Kernel::Integrate(Scheme::Euler | Scheme::Rk4 | Scheme::Embedded { .. }));
         let moving = |anchor: &super::Anchor| self.bodies.inverse_mass[anchor.body as usize] > 0.0;
         if let Some(anchor) = self.net.anchors.iter().find(|anchor| !explicit && moving(anchor)) {
             let body = &self.body_part.recipes[anchor.body as usize];
