@@ -96,7 +96,11 @@ impl Maker<'_> {
             | ItemBody::Line(_)
             | ItemBody::Reserved(_) => self.place_of(id).is_none(),
             ItemBody::Seam(_) => !self.seams.iter().any(|seam| seam.item == id),
-            ItemBody::Canopy(_) => !self.canopies.iter().any(|hung| hung.item == id),
+            ItemBody::Canopy(_) => {
+                let failed = self.diagnostics.iter().any(Diagnostic::is_error);
+                let hung = self.canopies.iter().find(|hung| hung.item == id);
+                hung.is_none_or(|hung| failed && hung.confluence.is_none())
+            }
             _ => false,
         }
     }

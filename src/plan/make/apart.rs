@@ -29,6 +29,9 @@ impl Maker<'_> {
         let origin = self.body.domains[self.pieces[0].domain.0 as usize].origin;
         let reason = "contact of sheets and lines is not available yet: they pass through themselves and all else";
         self.decide("contact", "sheets and lines", false, reason, vec![origin]);
+        if self.diagnostics.iter().any(Diagnostic::is_error) {
+            return;
+        }
         let wholes = self.wholes();
         for whole in wholes.iter().filter(|whole| whole.cloth) {
             let later = |other: &&Whole| other.first != whole.first && !(other.cloth && other.first < whole.first);

@@ -62,6 +62,7 @@ pub fn make(
         seams: Vec::new(),
         canopies: Vec::new(),
         pieces: Vec::new(),
+        areas: std::collections::BTreeMap::new(),
     };
     maker.title(case);
     maker.refuse_reserved();
@@ -104,6 +105,8 @@ struct Maker<'a> {
     seams: Vec<assembly::Sewn>,
     canopies: Vec<canopies::Hung>,
     pieces: Vec<net::Piece>,
+    /// Areas of sheets as cut, m².
+    areas: std::collections::BTreeMap<ItemId, f64>,
 }
 
 impl<'a> Maker<'a> {

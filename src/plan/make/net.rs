@@ -78,6 +78,7 @@ impl Maker<'_> {
                 return;
             }
         };
+        self.areas.insert(id, sheet::area(&mesh));
         let (nodes, pieces) = (mesh.position.len(), mesh.triangles.len());
         let recipe = Recipe::Sheet { mesh: recipe, law: law.clone(), velocity };
         self.add_piece(id, &item.name, recipe, nodes, pieces, Topology::Fixed, Form::Sheet { mesh, law });

@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 
 use crate::diagnostics::Diagnostic;
+use crate::geometry::sheet::SheetMesh;
 use crate::physics::net;
 use crate::plan::{
-    BendingLaw, Bound, CanopyAir, Centre, DomainId, Drive, Field, Init, Join, Kernel, MembraneLaw, NodeSet, OriginId,
-    Precision, Pressure, QuasiSteady, Role,
+    BendingLaw, Bound, CanopyAir, Centre, DomainId, Drive, FabricLaw, Field, Init, Join, Kernel, MembraneLaw, NodeSet,
+    OriginId, Precision, Pressure, QuasiSteady, Role,
 };
 use crate::scene::{Air, Cut, GasAmount, Item, ItemBody, ItemId, Load, Push, SelectionTerm, Stretch};
 
@@ -147,9 +148,56 @@ impl Maker<'_> {
             let group = group_name(name);
             heard(group.clone(), Bound { domain: group, part, omega: bound.omega, step, origin: tape.origin });
         }
+        for (name, bound) in self.strip_bounds(&groups) {
+            groups.insert(name, bound);
+        }
         let bounds: Vec<Bound> = groups.into_values().filter(|bound| bound.omega > 0.0).collect();
         self.note_ratios(&bounds, masses);
         self.advice.bounds.extend(bounds);
+    }
+
+    /// Strips bring no mass of their own: the square of their frequency adds to that of the cloth that they join.
+    fn strip_bounds(&self, groups: &BTreeMap<String, Bound>) -> Vec<(String, Bound)> {
+        let mut bounds = Vec::new();
+        for join in &self.body.joins {
+            let Join::Sew { name, edges, law, origin } = join else { continue };
+            let sides: Vec<(&SheetMesh, &FabricLaw, &[u32])> = edges
+                .iter()
+                .filter_map(|edge| match &self.piece(edge.domain)?.form {
+                    Form::Sheet { mesh, law } => Some((mesh, law, &mesh.edges.get(&edge.edge)?[..])),
+                    _ => None,
+                })
+                .collect();
+            let [(mesh, cloth, row), (other, other_cloth, other_row)] = sides[..] else { continue };
+            let mut mass = net::lumped_mass(mesh, cloth);
+            let first = mass.len() as u32;
+            mass.extend(net::lumped_mass(other, other_cloth));
+            let mut second: Vec<u32> = other_row.iter().map(|node| node + first).collect();
+            let place = |nodes: &[u32], mesh: &SheetMesh, at: usize| mesh.position[nodes[at] as usize];
+            let (a, b) = (place(row, mesh, 0), place(row, mesh, row.len() - 1));
+            let (c, d) = (place(other_row, other, 0), place(other_row, other, other_row.len() - 1));
+            let mut spacing = spacing(other, other_row);
+            if a.distance(d) + b.distance(c) < a.distance(c) + b.distance(d) {
+                second.reverse();
+                spacing.reverse();
+            }
+            let own = self::spacing(mesh, row);
+            if own.is_empty() || spacing.is_empty() {
+                continue;
+            }
+            let strip = net::Strip { edges: [row, &second], spacing: [&own, &spacing] };
+            let alone = net::strip_bound(&strip, law, &mass).omega;
+            let cloths = edges.iter().map(|edge| {
+                let group = group_name(&self.body.domains[edge.domain.0 as usize].name);
+                groups.get(&group).map_or(0.0, |bound| bound.omega)
+            });
+            let omega = alone.hypot(cloths.fold(0.0, f64::max));
+            let group = group_name(name);
+            let part = format!("the strip of {name} with its cloth");
+            let step = crate::plan::bound::stable_step(omega, 0.0);
+            bounds.push((group.clone(), Bound { domain: group, part, omega, step, origin: *origin }));
+        }
+        bounds
     }
 
     /// What makes a net stiff: groups whose frequencies, or nodes whose masses, differ by much.
@@ -311,18 +359,18 @@ impl Maker<'_> {
     fn canopy_air(&mut self, canopy: ItemId, air: &Item) -> Option<CanopyAir> {
         let item = self.scene.item(canopy);
         let ItemBody::Canopy(known) = &item.body else { return None };
-        let lacking: Vec<&str> = [
+        let lacking: Vec<String> = [
             ("`diameter`", known.diameter.is_some()),
             ("`drag_coefficient`", known.drag_coefficient.is_some()),
             ("`filling`", known.filling.is_some()),
         ]
         .into_iter()
         .filter(|(_, given)| !given)
-        .map(|(name, _)| name)
+        .map(|(name, _)| name.to_owned())
         .collect();
         let (Some(diameter), Some(drag), Some(filling)) = (&known.diameter, &known.drag_coefficient, &known.filling)
         else {
-            let message = format!("quasi-steady air needs {} of `{}`", lacking.join(" and "), item.name);
+            let message = format!("quasi-steady air needs {} of `{}`", lacking.join(", "), item.name);
             let found = Diagnostic::error("E0762", message, self.headline(item.span), "not given")
                 .also(self.headline(air.span), "this air")
                 .note("The classes of the standard library have them; a canopy of your own needs its own figures.");
@@ -357,6 +405,12 @@ impl Maker<'_> {
             origin,
         })
     }
+}
+
+/// Lengths of cloth between the nodes of an edge, m.
+fn spacing(mesh: &SheetMesh, row: &[u32]) -> Vec<f64> {
+    let at = |node: u32| mesh.material[node as usize];
+    row.windows(2).map(|pair| at(pair[0]).distance(at(pair[1]))).collect()
 }
 
 /// What resists the bending of a sheet, or None.

@@ -1,8 +1,10 @@
 //! Signals to tapes: each distinct sub-expression becomes one op.
 
+use std::collections::BTreeMap;
+
 use crate::diagnostics::Diagnostic;
 use crate::plan::{Op, Quantity, Reading, Reduction, Slot, Tape, TapeId};
-use crate::scene::{PartsOp, Read, Scene, Signal};
+use crate::scene::{ItemId, PartsOp, Read, Scene, Signal};
 
 use super::Maker;
 
@@ -11,7 +13,8 @@ impl Maker<'_> {
     /// a zero so that the rest of the plan can still be checked.
     pub(super) fn tape(&mut self, name: impl Into<String>, signal: &Signal) -> TapeId {
         let mut tape = Tape { name: name.into(), ops: Vec::new() };
-        let mut lowering = Lowering { scene: self.scene, tape: &mut tape, extreme: None, diagnostics: Vec::new() };
+        let mut lowering =
+            Lowering { scene: self.scene, areas: &self.areas, tape: &mut tape, extreme: None, diagnostics: Vec::new() };
         lowering.signal(signal);
         let found = lowering.diagnostics;
         self.diagnostics.extend(found);
@@ -22,6 +25,8 @@ impl Maker<'_> {
 
 struct Lowering<'a> {
     scene: &'a Scene,
+    /// Areas of sheets, m².
+    areas: &'a BTreeMap<ItemId, f64>,
     tape: &'a mut Tape,
     /// Inside `largest` or `smallest` of parts.
     extreme: Option<PartsOp>,
@@ -78,6 +83,9 @@ impl Lowering<'_> {
 
     fn reading(&mut self, read: &Read) -> Op {
         let item = self.scene.item(read.item);
+        if let (Some(area), "area", None) = (self.areas.get(&read.item), read.output.as_str(), read.case) {
+            return Op::Number(*area);
+        }
         let heights = match (read.output.as_str(), self.extreme) {
             ("nodes.z", Some(PartsOp::Largest)) => Some(Quantity::Highest),
             ("nodes.z", Some(PartsOp::Smallest)) => Some(Quantity::Lowest),

@@ -173,7 +173,8 @@ impl Elaborator<'_> {
             && let Some(Slot { value: Value::Symbol { name, .. }, origin }) = object.fields.get("model")
             && **name != *"quasi_steady"
         {
-            let span = if origin.how == How::Default { self.headline(object.span) } else { origin.span };
+            let kind = Span { end: object.span.start + object.kind.len() as u32, ..object.span };
+            let span = if origin.how == How::Default { kind } else { origin.span };
             let what = if **name == *"compressible" { "compressible air" } else { "incompressible air" };
             return Some((what, "the flow solver; `model = quasi_steady` runs", span));
         }

@@ -39,7 +39,12 @@ pub enum NetKind {
         /// Net nodes around its vent; empty without one.
         vent: Vec<u32>,
     },
-    Line { closed: bool, stiffness: f64, tension_only: bool, rest_length: Vec<f64> },
+    Line {
+        closed: bool,
+        stiffness: f64,
+        tension_only: bool,
+        rest_length: Vec<f64>,
+    },
     /// With their names.
     Points {
         names: Vec<String>,

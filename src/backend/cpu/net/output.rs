@@ -243,7 +243,8 @@ impl NetRun {
     fn sheet_frame(&self, index: usize, domain: DomainId) -> SheetFrame {
         let part = &self.parts[index];
         let all: &[[u32; 3]] = if let NetKind::Sheet { triangles, .. } = &part.kind { triangles } else { &[] };
-        let holes: BTreeSet<u32> = self.memory.holes.iter().filter(|(p, _)| *p as usize == index).map(|(_, n)| *n).collect();
+        let holes: BTreeSet<u32> =
+            self.memory.holes.iter().filter(|(p, _)| *p as usize == index).map(|(_, n)| *n).collect();
         let whole = |t: &&[u32; 3]| !t.iter().any(|node| holes.contains(&part.node_of[*node as usize]));
         let triangles: Vec<[u32; 3]> = all.iter().filter(whole).copied().collect();
         let mut strain = Vec::new();

@@ -146,7 +146,9 @@ fn add_joins(
             Join::Sew { name, edges, law, origin } => (name, edges, law.tape.as_ref(), Some(law), *origin),
             Join::Tie { .. } => continue,
         };
-        let [Some((first, lengths)), Some((mut second, mut other))] = edges.each_ref().map(|edge| row(laid, numbering, edge)) else {
+        let [Some((first, lengths)), Some((mut second, mut other))] =
+            edges.each_ref().map(|edge| row(laid, numbering, edge))
+        else {
             continue;
         };
         let id = PartId(parts.len() as u32);
