@@ -136,7 +136,10 @@ fn ties_join_masses_a_millionfold_apart() {
         draft.tie(line, 0, PointRef::Node { domain: a, node: 0 });
         let b = draft.domain(
             "other",
-            ripstop::plan::Recipe::Points(vec![ripstop::plan::PointRecipe { name: "b".into(), ..point([0.1, 0.0, 0.0], [0.0; 3], 1.0 / ratio) }]),
+            ripstop::plan::Recipe::Points(vec![ripstop::plan::PointRecipe {
+                name: "b".into(),
+                ..point([0.1, 0.0, 0.0], [0.0; 3], 1.0 / ratio)
+            }]),
             64,
         );
         draft.tie(line, 1, PointRef::Node { domain: b, node: 0 });

@@ -59,7 +59,8 @@ fn a_free_body_keeps_its_angular_momentum_and_precesses() {
             assert!(size < 1e-12 && drift < 1e-11, "{name} {size:e} {drift:e}");
             if inertia[0] == inertia[1] {
                 // The top's axis goes round L with |L|/I₁.
-                let axis = DQuat::from_axis_angle(first.normalize(), first.length() / inertia[0] * 5.0) * (turn * DVec3::Z);
+                let axis =
+                    DQuat::from_axis_angle(first.normalize(), first.length() / inertia[0] * 5.0) * (turn * DVec3::Z);
                 let off = (last.turn * DVec3::Z - axis).length();
                 println!("          its axis is off by {off:.1e} rad");
                 assert!(off < 2e-4, "{name}: {off}");
@@ -105,11 +106,8 @@ fn a_body_swings_on_its_lines_with_closed_books() {
         .map(|(name, by, step)| {
             let mut draft = Draft::new();
             let tilt = DQuat::from_rotation_y(0.3);
-            let start = BodyRecipe {
-                position: [0.3, 0.1, -1.0],
-                turn: tilt.to_array(),
-                ..body(2.0, [0.02, 0.03, 0.04])
-            };
+            let start =
+                BodyRecipe { position: [0.3, 0.1, -1.0], turn: tilt.to_array(), ..body(2.0, [0.02, 0.03, 0.04]) };
             let arms = [DVec3::new(-0.2, 0.0, 0.1), DVec3::new(0.2, 0.0, 0.1)];
             draft.domain("bodies", Recipe::Bodies(vec![start]), 1);
             let mut passes = vec![draft.gravity()];
@@ -117,7 +115,8 @@ fn a_body_swings_on_its_lines_with_closed_books() {
                 let foot = DVec3::new(0.3, 0.1, -1.0) + tilt * *arm;
                 let hook = [arm.x, 0.0, 0.0];
                 let length = foot.distance(DVec3::from_array(hook));
-                let line = draft.line(&format!("line {k}"), cord(2000.0, 0.005), vec![hook, foot.to_array()], length, 8);
+                let line =
+                    draft.line(&format!("line {k}"), cord(2000.0, 0.005), vec![hook, foot.to_array()], length, 8);
                 draft.tie(line, 8, PointRef::Body { body: 0, arm: arm.to_array() });
                 passes.push(draft.fix(line, vec![[0, 1]]));
             }

@@ -143,9 +143,11 @@ impl Engine<'_> {
         }
     }
 
-    /// Refuses a step over the stable bound (without the planner's safety) 
+    /// Refuses a step over the stable bound (without the planner's safety)
     pub(in crate::backend::cpu) fn check_net_bound(&self) -> Result<(), Refusal> {
-        let (Some(share), Some(step)) = (self.share_of_bound(), longest_step(&self.program.root)) else { return Ok(()) };
+        let (Some(share), Some(step)) = (self.share_of_bound(), longest_step(&self.program.root)) else {
+            return Ok(());
+        };
         match self.over_the_bound(step * share) {
             None => Ok(()),
             Some((message, part)) => Err(Refusal::new(message, Some(self.net.parts[part].origin))),

@@ -219,11 +219,11 @@ impl Engine<'_> {
             }
             self.net.elements.overloaded(PartId(part as u32), &self.net.net.position, &mut over);
             let NetKind::Line { rest_length, .. } = &self.net.parts[part].kind else { continue };
-            let strain = |segment: &u32| {
-                self.net.chord(part, *segment as usize).length() / rest_length[*segment as usize]
-            };
+            let strain =
+                |segment: &u32| self.net.chord(part, *segment as usize).length() / rest_length[*segment as usize];
             // The first of the largest.
-            let worst = over.iter().copied().reduce(|best, next| if strain(&next) > strain(&best) { next } else { best });
+            let worst =
+                over.iter().copied().reduce(|best, next| if strain(&next) > strain(&best) { next } else { best });
             if let Some(segment) = worst {
                 let h = self.half_open();
                 let energy = self.net.part_segments(part, &[segment], h);

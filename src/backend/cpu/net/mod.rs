@@ -26,7 +26,7 @@ pub use unfold::unfold;
 
 use crate::backend::state::NetState;
 use crate::physics::net::{Elements, Net, NodeSums, PartSums};
-use crate::plan::{DomainId, OriginId};
+use crate::plan::{DomainId, OriginId, TapeId};
 
 /// What a part of the net is.
 #[derive(Debug)]
@@ -37,11 +37,22 @@ pub enum NetKind {
         /// Net nodes around its vent; empty without one.
         vent: Vec<u32>,
     },
-    Line { closed: bool, stiffness: f64, tension_only: bool, rest_length: Vec<f64> },
+    Line {
+        closed: bool,
+        stiffness: f64,
+        tension_only: bool,
+        rest_length: Vec<f64>,
+    },
     /// With their names.
-    Points { names: Vec<String> },
+    Points {
+        names: Vec<String>,
+    },
     /// A tape or a strip along a join: elements without nodes of its own.
-    Join { edges: [Vec<u32>; 2] },
+    Join {
+        edges: [Vec<u32>; 2],
+        /// N/m, what draws the edges together.
+        pull: Option<TapeId>,
+    },
 }
 
 /// A domain of the net, or a join with elements. Its index is the [`crate::physics::net::PartId`] of its elements.
@@ -86,6 +97,7 @@ pub struct NetRun {
     pub plain: bool,
     /// Nodes whose velocity actions changed after the kick, with v*; noted where `plain`.
     pub changed: Vec<(u32, DVec3)>,
+    pub noted: Vec<bool>,
     /// Force of damping of the last kick, N; empty where nothing damps.
     pub damping: Vec<DVec3>,
     /// Elastic forces of anchors on bodies at the last kick, by body.
@@ -96,6 +108,8 @@ pub struct NetRun {
     pub load: Vec<DVec3>,
     pub pressure: Vec<DVec3>,
     pub air: Vec<DVec3>,
+    /// What draws seams together.
+    pub drawn: Vec<DVec3>,
     /// Nodes that something holds or drives, and the largest force on one of them at the last kick, N.
     pub held: Vec<u32>,
     pub held_force: f64,
@@ -156,10 +170,6 @@ impl NetRun {
 
     /// What a checkpoint keeps.
     pub fn state(&self) -> NetState {
-        NetState {
-            position: self.net.position.clone(),
-            velocity: self.net.velocity.clone(),
-            ..self.memory.clone()
-        }
+        NetState { position: self.net.position.clone(), velocity: self.net.velocity.clone(), ..self.memory.clone() }
     }
 }

@@ -73,7 +73,8 @@ impl Flat<'_> {
     fn row(&self, edge: &EdgeRef, name: &str, origin: OriginId) -> Result<Vec<u32>, Refusal> {
         let part = self.by_domain.get(&edge.domain).copied();
         let row = part.and_then(|part| Some((part, self.laid[part].mesh.as_ref()?.edges.get(&edge.edge)?)));
-        let message = || format!("`{name}` joins the edge `{}`, which domain {} does not have", edge.edge, edge.domain.0);
+        let message =
+            || format!("`{name}` joins the edge `{}`, which domain {} does not have", edge.edge, edge.domain.0);
         let (part, row) = row.ok_or_else(|| Refusal::new(message(), Some(origin)))?;
         Ok(row.iter().map(|node| self.first[part] + node).collect())
     }
@@ -105,7 +106,9 @@ pub fn number(laid: &[Laid], joins: &[Join], bodies: &Bodies) -> Result<Numberin
                         on_each_other(&flat, node, to, extent(&flat, node), name, *origin)?;
                         sets.join(node, to);
                     }
-                    PointRef::Body { body, arm } => held.push((node, anchor(&flat, bodies, node, body, arm, name, *origin)?)),
+                    PointRef::Body { body, arm } => {
+                        held.push((node, anchor(&flat, bodies, node, body, arm, name, *origin)?))
+                    }
                 }
             }
             Join::Sew { .. } => {}

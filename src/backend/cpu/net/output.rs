@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::{NetKind, NetPart, NetRun};
 use crate::backend::cpu::engine::Engine;
 use crate::backend::frame::{Frame, LineFrame, PointFrame, SheetFrame};
+use crate::backend::observe::Broken;
 use crate::physics::net::PartId;
 use crate::plan::{DomainId, Quantity};
 
@@ -33,9 +34,8 @@ impl NetRun {
         let canopy = self.air_of.iter().position(|canopy| canopy.name == name);
         let mut parts = of_parts(&|part| part.name == name);
         if parts.is_empty() {
-            let inside = |part: &NetPart| {
-                part.name.strip_prefix(name).is_some_and(|rest| rest.starts_with(['.', '[', ' ']))
-            };
+            let inside =
+                |part: &NetPart| part.name.strip_prefix(name).is_some_and(|rest| rest.starts_with(['.', '[', ' ']));
             parts = of_parts(&inside);
         }
         if let (true, Some(canopy)) = (parts.is_empty(), canopy) {
@@ -43,7 +43,7 @@ impl NetRun {
         }
         let mut nodes: BTreeSet<u32> = parts.iter().flat_map(|part| &self.parts[*part].node_of).copied().collect();
         for part in &parts {
-            if let NetKind::Join { edges } = &self.parts[*part].kind {
+            if let NetKind::Join { edges, .. } = &self.parts[*part].kind {
                 nodes.extend(edges.iter().flatten());
             }
         }
@@ -132,7 +132,8 @@ impl NetRun {
             return (self.mean(&item.vent, x) - confluence).normalize_or_zero();
         }
         let normal = self.area_vector(item).normalize_or_zero();
-        let sheets: Vec<u32> = item.parts.iter().filter(|p| self.is_sheet(**p)).flat_map(|p| self.parts[*p].node_of.clone()).collect();
+        let sheets: Vec<u32> =
+            item.parts.iter().filter(|p| self.is_sheet(**p)).flat_map(|p| self.parts[*p].node_of.clone()).collect();
         let outward = self.mean(&sheets, x) - confluence;
         if outward.dot(normal) < 0.0 { -normal } else { normal }
     }
@@ -153,29 +154,30 @@ impl NetRun {
         sum / length
     }
 
+    /// Lines that are cut or broken.
+    pub fn broken_lines(&self) -> impl Iterator<Item = Broken> {
+        let count = |part: usize| self.memory.gone.iter().filter(|(gone, _)| *gone as usize == part).count() as u64;
+        let all = self.parts.iter().enumerate().map(move |(index, part)| (part, count(index)));
+        let broken = all.filter(|(_, segments)| *segments > 0);
+        broken.map(|(part, segments)| Broken { part: part.name.clone(), yarns: 1, segments })
+    }
+
     /// Own numbers of the elements of a part that are left, rising.
     fn left_of(&self, part: usize, count: usize) -> impl Iterator<Item = usize> {
-        let gone: BTreeSet<u32> = self.memory.gone.iter().filter(|(p, _)| *p as usize == part).map(|(_, e)| *e).collect();
+        let gone: BTreeSet<u32> =
+            self.memory.gone.iter().filter(|(p, _)| *p as usize == part).map(|(_, e)| *e).collect();
         (0..count).filter(move |local| !gone.contains(&(*local as u32)))
     }
 
+    /// The largest gap of an item's seams, m; welds have none.
     fn gap(&self, item: &NetItem) -> f64 {
-        let x = |node: &u32| self.net.position[*node as usize];
-        let to_row = |node: &u32, row: &[u32]| {
-            let p = x(node);
-            let foot = |w: &[u32]| {
-                let (a, b) = (x(&w[0]), x(&w[1]));
-                let along = (b - a).length_squared();
-                let share = if along > 0.0 { ((p - a).dot(b - a) / along).clamp(0.0, 1.0) } else { 0.0 };
-                a.lerp(b, share).distance(p)
-            };
-            row.windows(2).map(foot).fold(f64::INFINITY, f64::min)
-        };
-        let each = item.parts.iter().filter_map(|part| match &self.parts[*part].kind {
-            NetKind::Join { edges: [a, b] } => Some(a.iter().map(|n| to_row(n, b)).fold(0.0, f64::max)),
-            _ => None,
-        });
-        each.fold(0.0, f64::max)
+        let mut gaps = Vec::new();
+        let mut largest = 0.0_f64;
+        for part in &item.parts {
+            self.elements.gaps(PartId(*part as u32), &self.net.position, &mut gaps);
+            largest = gaps.iter().fold(largest, |largest, gap| largest.max(*gap));
+        }
+        largest
     }
 }
 
@@ -242,7 +244,8 @@ impl NetRun {
     fn sheet_frame(&self, index: usize, domain: DomainId) -> SheetFrame {
         let part = &self.parts[index];
         let all: &[[u32; 3]] = if let NetKind::Sheet { triangles, .. } = &part.kind { triangles } else { &[] };
-        let holes: BTreeSet<u32> = self.memory.holes.iter().filter(|(p, _)| *p as usize == index).map(|(_, n)| *n).collect();
+        let holes: BTreeSet<u32> =
+            self.memory.holes.iter().filter(|(p, _)| *p as usize == index).map(|(_, n)| *n).collect();
         let whole = |t: &&[u32; 3]| !t.iter().any(|node| holes.contains(&part.node_of[*node as usize]));
         let triangles: Vec<[u32; 3]> = all.iter().filter(whole).copied().collect();
         let mut strain = Vec::new();

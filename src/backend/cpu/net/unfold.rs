@@ -78,12 +78,14 @@ pub fn unfold(plan: &Plan, bodies: &mut Bodies) -> Result<NetRun, Refusal> {
         kicked: NodeSums::default(),
         plain: parts.len() == 1 && numbering.anchors.is_empty(),
         changed: Vec::new(),
+        noted: vec![false; count],
         damping: vec![DVec3::ZERO; if elements.damped() { count } else { 0 }],
         elastic: vec![Wrench::default(); bodies.position.len()],
         wrench: vec![Wrench::default(); bodies.position.len()],
         load: Vec::new(),
         pressure: Vec::new(),
         air: Vec::new(),
+        drawn: Vec::new(),
         held: Vec::new(),
         held_force: 0.0,
         items: Vec::new(),
@@ -146,7 +148,9 @@ fn add_joins(
             Join::Sew { name, edges, law, origin } => (name, edges, law.tape.as_ref(), Some(law), *origin),
             Join::Tie { .. } => continue,
         };
-        let [Some((first, lengths)), Some((mut second, mut other))] = edges.each_ref().map(|edge| row(laid, numbering, edge)) else {
+        let [Some((first, lengths)), Some((mut second, mut other))] =
+            edges.each_ref().map(|edge| row(laid, numbering, edge))
+        else {
             continue;
         };
         let id = PartId(parts.len() as u32);
@@ -165,7 +169,7 @@ fn add_joins(
             domain: None,
             name: name.clone(),
             origin,
-            kind: NetKind::Join { edges: [first, second] },
+            kind: NetKind::Join { edges: [first, second], pull: strip.and_then(|law| law.pull) },
             node_of: Vec::new(),
             owned: 0..0,
         });
