@@ -4,7 +4,6 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::candidates::Pair;
-use super::features::Features;
 use super::narrow::{self, closing, nearest};
 use super::rows::Row;
 use super::shapes::{element_meets, element_near};
