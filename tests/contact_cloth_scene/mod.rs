@@ -248,6 +248,9 @@ impl World {
             }
             let parting: f64 = stats.rules.iter().map(|r| r.parting).sum();
             self.worst_gain = self.worst_gain.max((self.kinetic() - before - parting) / before.max(1e-300));
+            if std::env::var_os("WATCH").is_some() && (stats.deepest > 1.1 * self.most_overlap || stats.sweeps >= self.settings.sweeps || stats.rounds > 1) {
+                println!("step {} overlap {:.2e} sweeps {} unresolved {:.1e} rows {} rounds {}", self.steps, stats.deepest, stats.sweeps, stats.unresolved, stats.rows, stats.rounds);
+            }
             self.most_overlap = self.most_overlap.max(stats.deepest);
             self.zones += stats.zones;
             self.last = stats;
