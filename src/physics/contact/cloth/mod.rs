@@ -9,6 +9,7 @@ mod cull;
 mod features;
 mod law;
 mod narrow;
+mod pairs;
 mod response;
 mod rows;
 mod shapes;
@@ -29,6 +30,7 @@ pub use stats::{ClothContactStats, ClothSeconds, Refused};
 use candidates::Candidates;
 use law::Laws;
 use response::Islands;
+use pairs::{BodyMeet, Skeleton};
 use rows::{Key, Rigid, Row};
 use shapes::Course;
 use sweep::{Hit, Hits};
@@ -46,6 +48,8 @@ pub struct ClothSettings {
     pub sweeps: u32,
     /// Overlaps up to this are left, m; an island is solved when no impulse moves its touch by more than a thirty-second of it.
     pub tolerance: f64,
+    /// Distance at which two bodies touch, m; small beside them, for nothing keeps a resting body from the last of it.
+    pub margin: f64,
     /// Rounds of continuous tests and new rows before rigid zones are formed.
     pub rounds: u32,
     /// Rounds of growing zones before the step is refused.
@@ -55,7 +59,7 @@ pub struct ClothSettings {
 impl ClothSettings {
     /// What suits cloth whose thinnest part has this half-thickness (m).
     pub fn for_half_thickness(half: f64) -> Self {
-        Self { skin: 4.0 * half, sweeps: 400, tolerance: 1e-3 * half, rounds: 12, zone_rounds: 12 }
+        Self { skin: 4.0 * half, sweeps: 400, tolerance: 1e-3 * half, margin: 1e-3 * half, rounds: 12, zone_rounds: 12 }
     }
 }
 
@@ -80,6 +84,7 @@ pub struct ClothContact {
     bodies_before: Vec<Rigid>,
     courses: Vec<Course>,
     radii: Vec<f64>,
+    skeletons: Vec<Skeleton>,
     last: Vec<(Key, DVec3)>,
     last_h: f64,
 }
@@ -120,6 +125,7 @@ impl ClothContact {
             bodies_before: Vec::new(),
             courses: Vec::new(),
             radii: radii.collect(),
+            skeletons: bodies.solids.iter().map(Skeleton::new).collect(),
             last: Vec::new(),
             last_h: 0.0,
             features,

@@ -83,6 +83,7 @@ pub(super) struct Row {
     pub mass_across: f64,
     pub at_rest: f64,
     pub sliding: f64,
+    pub slides: bool,
 }
 
 impl Row {
@@ -104,6 +105,7 @@ impl Row {
             mass_across: 0.0,
             at_rest: 0.0,
             sliding: 0.0,
+            slides: false,
         }
     }
 
@@ -211,8 +213,11 @@ impl Row {
         let held = self.rub - self.normal * self.rub.dot(self.normal);
         let mut rub = held - across * self.mass_across;
         let size = rub.length();
-        if size > self.at_rest * self.push {
-            rub *= (self.sliding * self.push / size).min(1.0);
+        // What has slipped holds again only within the cone of sliding: between the two cones it stays as it is, or the
+        // sweeps would go round in circles.
+        self.slides = size > self.push * if self.slides { self.sliding } else { self.at_rest };
+        if self.slides {
+            rub *= self.sliding.min(self.at_rest) * self.push / size;
         }
         let change = rub - self.rub;
         self.rub = rub;

@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::super::stats::RuleTotals;
 use super::candidates::mean;
 use super::response::{Task, book, gained, solve, take_bodies};
-use super::rows::{Key, Motion, Row};
+use super::rows::{Motion, Row};
 use super::shapes::Pose;
 use super::touching::Scene;
 use super::zones::{ZoneScene, course};
@@ -68,7 +68,7 @@ impl ClothContact {
             clear = self.stiffen(net, velocity, bodies, &mut stats, parallel);
         }
         if clear {
-            self.finish(net, velocity, bodies, &mut stats);
+            self.finish(net, bodies);
         } else {
             let share = self.hits.iter().map(|hit| hit.share).fold(1.0, f64::min);
             stats.refused = Some(Refused { share_of_step: share });
@@ -107,9 +107,7 @@ impl ClothContact {
         let then = &self.candidates.reference.position;
         Scene {
             features: &self.features,
-            laws: &self.laws,
             trees: &self.candidates.trees,
-            reference: &self.candidates.reference,
             solids: &bodies.solids,
             courses: &self.courses,
             h: net.h,
@@ -135,6 +133,7 @@ impl ClothContact {
         rows.clear();
         self.measure(net, velocity, Some(&mut rows), stats, parallel);
         self.seek_near_bodies(net, velocity, bodies, Some(&mut rows), stats);
+        self.each_body_pair(bodies, |pair, skeletons| pair.rows(skeletons, &mut rows));
         // Of two measures of one touch the nearer counts.
         rows.sort_unstable_by(|p, q| p.key.cmp(&q.key).then(p.gap.total_cmp(&q.gap)).then(p.rule.cmp(&q.rule)));
         rows.dedup_by_key(|row| row.key);
@@ -186,6 +185,33 @@ impl ClothContact {
         }
         self.with_bodies = list;
         self.stack = stack;
+    }
+
+    /// Pairs of bodies that can meet within the step.
+    fn each_body_pair(&self, bodies: &Bodies, mut with: impl FnMut(&BodyMeet<'_>, [&Skeleton; 2])) {
+        let count = bodies.position.len() as u32;
+        for a in 0..count {
+            for b in a + 1..count {
+                let Some(rule) = self.laws.of_bodies(a, b) else { continue };
+                let pick = [a as usize, b as usize];
+                let moves = |k: usize| self.bodies[k].inverse_mass > 0.0;
+                if !(moves(pick[0]) || moves(pick[1])) {
+                    continue;
+                }
+                let pair = BodyMeet {
+                    bodies: [a, b],
+                    solids: pick.map(|k| &bodies.solids[k]),
+                    courses: pick.map(|k| &self.courses[k]),
+                    rule,
+                    count,
+                    margin: self.settings.margin,
+                    floor: 0.5 * self.settings.tolerance,
+                };
+                if pair.is_near() {
+                    with(&pair, pick.map(|k| &self.skeletons[k]));
+                }
+            }
+        }
     }
 
     /// Masses, bounds and first impulses of all rows; takes away those that nothing can move.
@@ -258,6 +284,9 @@ impl ClothContact {
         let scene = self.scene(net, velocity, bodies);
         let (pairs, near) = (&self.candidates.pairs, &self.with_bodies);
         stats.tests += sweep::sweep(&scene, pairs, &self.distances, near, &mut room, &mut hits, parallel);
+        self.each_body_pair(bodies, |pair, _| {
+            hits.extend(pair.meets().map(|(share, row)| Hit { share, row }));
+        });
         (self.hit_room, self.hits) = (room, hits);
         stats.seconds.sweep += clock.elapsed().as_secs_f64();
     }
@@ -351,7 +380,7 @@ impl ClothContact {
     }
 
     /// Hands the bodies back and remembers the impulses.
-    fn finish(&mut self, net: Net<'_>, _: &[DVec3], bodies: &mut Bodies, _: &mut ClothContactStats) {
+    fn finish(&mut self, net: Net<'_>, bodies: &mut Bodies) {
         for (b, rigid) in self.bodies.iter().enumerate() {
             (bodies.velocity[b], bodies.spin[b]) = (rigid.velocity, rigid.spin);
         }
@@ -361,5 +390,3 @@ impl ClothContact {
         self.last_h = net.h;
     }
 }
-
-const _: u8 = Key::BODIES;

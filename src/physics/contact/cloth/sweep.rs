@@ -4,7 +4,6 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::candidates::Pair;
-use super::features::Features;
 use super::narrow::{self, closing, nearest};
 use super::rows::Row;
 use super::shapes::{element_meets, element_near};
@@ -31,6 +30,9 @@ const BATCH: usize = 1024;
 
 /// Share of the thickness, or of a smaller distance at the start, that must be left all the time.
 const KEPT: f64 = 0.5;
+
+/// Share of the thickness by which a step may end too near before it gets another row.
+const SLACK: f64 = 0.02;
 
 /// Distance that must be left, m.
 pub(super) fn separation(thickness: f64, distance: f64) -> f64 {
@@ -78,15 +80,24 @@ pub(super) fn sweep(
 
 fn net_pair(scene: &Scene<'_>, pair: &Pair, distance: f64, hits: &mut Hits) {
     let motion = pair.nodes.map(|n| scene.h * scene.velocity[n as usize]);
-    let kept = separation(pair.thickness, distance);
-    if distance - kept > closing(pair.is_face, motion) {
+    let closing = closing(pair.is_face, motion);
+    let wanted = pair.thickness.min(distance) - SLACK * pair.thickness;
+    if distance - wanted > closing {
         return;
     }
     hits.tests += 1;
     let start = pair.nodes.map(|n| scene.position[n as usize]);
     let end = [0, 1, 2, 3].map(|k| start[k] + motion[k]);
-    let met = if pair.is_face { vertex_face(start, end, kept) } else { edge_edge(start, end, kept) };
-    let Some(share) = met else { return };
+    let kept = separation(pair.thickness, distance);
+    let met = if distance - kept > closing {
+        None
+    } else if pair.is_face {
+        vertex_face(start, end, kept)
+    } else {
+        edge_edge(start, end, kept)
+    };
+    let ends_near = || nearest(pair.is_face, end).delta.length() < wanted;
+    let Some(share) = met.or_else(|| ends_near().then_some(1.0)) else { return };
     let then = [0, 1, 2, 3].map(|k| start[k] + share * motion[k]);
     let near = nearest(pair.is_face, then);
     // Parallel edges meet with their ends too, and those have rows.
@@ -123,7 +134,14 @@ fn body_pair(scene: &Scene<'_>, pair: &BodyPair, hits: &mut Hits) {
     // An overlap that the rows are parting may not deepen by half a thickness more.
     let kept = if distance > 0.0 { separation(thickness, distance) } else { distance - KEPT * thickness };
     hits.tests += 1;
-    let Some(share) = element_meets(start, motion, is_face, solid, course, distance, kept) else { return };
+    let wanted = thickness.min(distance) - SLACK * thickness;
+    let end = course.at(1.0);
+    let ends_near = || {
+        let x = [0, 1, 2].map(|k| end.local(start[k] + motion[k]));
+        element_near(x, is_face, solid).near.distance < wanted
+    };
+    let met = element_meets(start, motion, is_face, solid, course, distance, kept);
+    let Some(share) = met.or_else(|| ends_near().then_some(1.0)) else { return };
     let pose = course.at(share);
     let then = [0, 1, 2].map(|k| pose.local(start[k] + share * motion[k]));
     let near = element_near(then, is_face, solid);

@@ -2,9 +2,7 @@
 
 use glam::DVec3;
 
-use super::candidates::Reference;
 use super::features::{Element, Features};
-use super::law::Laws;
 use super::rows::{Key, NONE, Row};
 use super::shapes::{Course, ElementNear, Pose, element_near};
 use super::tree::{Aabb, Tree};
@@ -23,9 +21,7 @@ pub(super) struct BodyPair {
 /// What a search needs to see.
 pub(super) struct Scene<'a> {
     pub features: &'a Features,
-    pub laws: &'a Laws,
     pub trees: &'a [Tree],
-    pub reference: &'a Reference,
     pub solids: &'a [Solid],
     pub courses: &'a [Course],
     pub h: f64,

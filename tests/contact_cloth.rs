@@ -1,0 +1,257 @@
+//! Contact of cloth, strings and bodies: collisions with a closed answer, piles, folds, fast shots, friction on an
+//! incline; an independent oracle looks at every step.
+
+mod contact_cloth_scene;
+
+use contact_cloth_scene::*;
+use glam::{DQuat, DVec3};
+use ripstop::geometry::Solid;
+use ripstop::physics::contact::cloth::*;
+
+fn report(name: &str, w: &World) {
+    println!(
+        "{name}: steps {} refusals {} zones {} crossings {} deepest in a body {:.3e} overlap {:.3e} gain {:.1e} rows {} rounds {} sweeps {}",
+        w.steps, w.refusals, w.zones, w.crossings, w.deepest_in_body, w.most_overlap, w.worst_gain, w.last.rows, w.last.rounds, w.last.sweeps
+    );
+}
+
+fn kept(name: &str, w: &World) {
+    report(name, w);
+    assert_eq!(w.crossings, 0, "{name}: something passed");
+    assert!(w.deepest_in_body > 0.0, "{name}: {} m into a body", w.deepest_in_body);
+    assert!(w.worst_gain < 1e-9, "{name}: contact raised the kinetic energy by {:e}", w.worst_gain);
+    assert!(w.position.iter().all(|x| x.is_finite()), "{name}");
+}
+
+/// Chen's benchmark (eq. 4.1): 1 kg at 0.5 m/s meets 2 kg at −0.5 m/s.
+#[test]
+fn two_cuboids_meet_as_the_formula_says() {
+    for (restitution, first, second) in [(0.0, -1.0 / 6.0, -1.0 / 6.0), (1.0, -5.0 / 6.0, 1.0 / 6.0)] {
+        let mut w = world();
+        w.gravity = DVec3::ZERO;
+        (w.settings.tolerance, w.settings.margin) = (1e-12, 1e-7);
+        let solid = Solid::Box { half: DVec3::new(0.05, 0.1, 0.1) };
+        w.body(solid, 1.0, DVec3::new(-0.1, 0.0, 0.0), DQuat::IDENTITY, DVec3::X * 0.5);
+        w.body(solid, 2.0, DVec3::new(0.1, 0.0, 0.0), DQuat::IDENTITY, DVec3::X * -0.5);
+        w.touch_all(restitution, 0.0, 0.0);
+        (0..1000).for_each(|_| w.step(1e-3));
+        let v = [w.bodies.velocity[0].x, w.bodies.velocity[1].x];
+        println!("e = {restitution}: {v:?} gain {:e} refusals {}", w.worst_gain, w.refusals);
+        assert!((v[0] - first).abs() < 1e-9 && (v[1] - second).abs() < 1e-9, "{v:?}");
+        assert!(w.bodies.spin.iter().all(|s| s.length() < 1e-9), "{:?}", w.bodies.spin);
+    }
+}
+
+#[test]
+fn a_sheet_lies_down_on_a_held_ball() {
+    let mut w = world();
+    w.sheet(24, 0.02, 1e-3, 0.2, 40.0, |x| x + DVec3::new(0.003, 0.001, 0.16));
+    w.body(Solid::Sphere { radius: 0.15 }, 0.0, DVec3::ZERO, DQuat::IDENTITY, DVec3::ZERO);
+    w.touch_all(0.0, 0.4, 0.3);
+    (0..800).for_each(|_| w.step(5e-4));
+    kept("ball", &w);
+    assert!(w.deepest_in_body > 0.9e-3, "thickness");
+    assert!(w.last.pressed > 20);
+}
+
+#[test]
+fn ten_layers_fall_on_a_pile() {
+    let mut w = world();
+    for layer in 0..10 {
+        let turn = DQuat::from_rotation_z(0.07 * f64::from(layer));
+        w.sheet(6, 0.02, 1e-3, 0.2, 40.0, |x| turn * x + DVec3::new(0.0, 0.0, 2e-3 + 5e-3 * f64::from(layer)));
+    }
+    w.body(Solid::Box { half: DVec3::new(0.2, 0.2, 0.05) }, 0.0, DVec3::Z * -0.05, DQuat::IDENTITY, DVec3::ZERO);
+    w.touch_all(0.0, 0.3, 0.3);
+    (0..600).for_each(|_| w.step(5e-4));
+    kept("pile", &w);
+    let top = w.position[9 * 49..].iter().map(|x| x.z).fold(0.0, f64::max);
+    println!("top {top}");
+    assert!((18e-3..24e-3).contains(&top), "ten sheets of 2 mm lie {top} m high");
+}
+
+/// A strip bent over itself, its upper half above the lower.
+fn folded() -> World {
+    let mut w = world();
+    let (r, flat) = (0.012, 0.14);
+    let bend = move |x: DVec3| {
+        let along = x.y + 0.15 - flat;
+        let turn = (along / r).clamp(0.0, std::f64::consts::PI);
+        let beyond = (along - std::f64::consts::PI * r).max(0.0);
+        let y = if along < 0.0 { along } else { r * turn.sin() - beyond };
+        DVec3::new(x.x, y, 2e-3 + r * (1.0 - turn.cos()))
+    };
+    w.sheet_of([5, 60], 0.005, 0.5e-3, 0.2, 40.0, bend);
+    w.body(Solid::Box { half: DVec3::new(0.3, 0.3, 0.05) }, 0.0, DVec3::Z * -0.05, DQuat::IDENTITY, DVec3::ZERO);
+    w.settings = ClothSettings::for_half_thickness(0.5e-3);
+    w.touch_all(0.0, 0.3, 0.3);
+    w
+}
+
+#[test]
+fn a_strip_falls_folded_onto_itself() {
+    let mut w = folded();
+    (0..800).for_each(|_| w.step(2.5e-4));
+    kept("fold", &w);
+    let upper = w.position[6 * 50..].iter().map(|x| x.z).fold(f64::INFINITY, f64::min);
+    assert!(upper > 1.4e-3, "the upper layer lies {upper} m above the floor");
+    let high = w.position[6 * 45..].iter().map(|x| x.z).fold(0.0, f64::max);
+    assert!(high < 8e-3, "it came down: {high}");
+}
+
+#[test]
+fn a_string_is_drawn_over_a_string() {
+    let mut w = world();
+    let a = w.string(30, DVec3::new(-0.15, 0.0, 0.0), DVec3::new(0.15, 0.0, 0.0), 1e-3, 5e-3, 4e3);
+    let b = w.string(30, DVec3::new(0.0, -0.15, 3e-3), DVec3::new(0.0, 0.15, 3e-3), 1e-3, 5e-3, 4e3);
+    for n in [a, a + 30, b, b + 30] {
+        w.hold(n);
+    }
+    for n in [b, b + 30] {
+        w.velocity[n] = DVec3::new(0.2, 0.1, -0.3);
+    }
+    w.touch_all(0.0, 0.2, 0.2);
+    let mut steps = 0;
+    while w.position[b].z > -0.05 && steps < 4000 {
+        w.step(1e-4);
+        steps += 1;
+    }
+    report("strings", &w);
+    assert_eq!(w.crossings, 0);
+    let (low, high) = (w.position[a..=a + 30].iter(), w.position[b..=b + 30].iter());
+    let lowest = low.map(|x| x.z).fold(0.0, f64::min);
+    let top = high.map(|x| x.z).fold(f64::NEG_INFINITY, f64::max);
+    assert!(lowest < -5e-3 && top > lowest, "the lower string is drawn down: {lowest}, {top}");
+}
+
+/// A millimetre of flight in a step against cloth a tenth of that thick.
+#[test]
+fn a_shot_at_1000_metres_per_second_does_not_pass() {
+    let mut w = world();
+    w.gravity = DVec3::ZERO;
+    w.sheet(20, 2e-3, 0.05e-3, 0.1, 2e4, |x| x);
+    for j in 0..=20 {
+        for i in 0..=20 {
+            if i == 0 || j == 0 || i == 20 || j == 20 {
+                w.hold(j * 21 + i);
+            }
+        }
+    }
+    let v = DVec3::new(30.0, 20.0, -1000.0);
+    w.body(Solid::Sphere { radius: 4e-3 }, 2e-3, DVec3::new(3e-4, 2e-4, 6.3e-3), DQuat::IDENTITY, v);
+    w.settings = ClothSettings::for_half_thickness(0.05e-3);
+    w.touch_all(0.0, 0.2, 0.2);
+    (0..60).for_each(|_| w.step(1e-6));
+    kept("shot", &w);
+    assert!(w.bodies.velocity[0].z > -990.0, "{}", w.bodies.velocity[0]);
+}
+
+#[test]
+fn friction_holds_and_lets_go_at_its_angle() {
+    for (name, kind) in [("cloth", 0), ("string", 1), ("body", 2)] {
+        for (share, slides) in [(0.99, false), (1.01, true)] {
+            let friction = 0.3;
+            let slope = (friction * share as f64).atan();
+            let turn = DQuat::from_rotation_y(slope);
+            let mut w = world();
+            let up = turn * DVec3::Z;
+            match kind {
+                0 => drop(w.sheet(4, 0.02, 1e-3, 0.2, 20.0, |x| turn * (x + DVec3::Z * 1e-3))),
+                1 => drop(w.string(8, turn * DVec3::new(-0.05, 0.01, 1e-3), turn * DVec3::new(0.05, 0.0, 1e-3), 1e-3, 5e-3, 100.0)),
+                _ => {}
+            }
+            w.body(Solid::Box { half: DVec3::new(0.5, 0.5, 0.05) }, 0.0, up * -0.05, turn, DVec3::ZERO);
+            if kind == 2 {
+                let half = DVec3::new(0.03, 0.02, 0.01);
+                w.settings.margin = 1e-5;
+                w.body(Solid::Box { half }, 0.1, up * (0.01 + 1e-5), turn, DVec3::ZERO);
+            }
+            w.settings.tolerance = 1e-8;
+            w.touch_all(0.0, friction, friction);
+            let (steps, h) = (1000, 2.5e-4);
+            (0..steps).for_each(|_| w.step(h));
+            let v = if kind == 2 { w.bodies.velocity[1] } else { w.momentum() / w.mass.iter().sum::<f64>() };
+            let along = (turn * DVec3::X).dot(v);
+            let free = 9.81 * slope.cos() * (slope.tan() - friction) * h * f64::from(steps);
+            println!("{name} at {share}: {along:e} m/s, expected {:e}; sweeps {}", free.max(0.0), w.last.sweeps);
+            if slides {
+                assert!((along / free - 1.0).abs() < 0.05, "{name} slides at {along}, not {free}");
+            } else {
+                assert!(along.abs() < 1e-5, "{name} creeps at {along}");
+            }
+        }
+    }
+}
+
+#[test]
+fn momentum_is_kept_and_energy_never_rises() {
+    let mut w = world();
+    w.gravity = DVec3::ZERO;
+    let slant = DQuat::from_rotation_x(0.2);
+    let a = w.sheet(8, 0.02, 1e-3, 0.2, 40.0, |x| x);
+    let b = w.sheet(8, 0.02, 1e-3, 0.7, 40.0, |x| slant * x + DVec3::new(0.01, 0.004, 0.03));
+    let c = w.string(10, DVec3::new(-0.1, 0.0, 0.06), DVec3::new(0.1, 0.01, 0.06), 1e-3, 5e-3, 200.0);
+    for n in b..c {
+        w.velocity[n] = DVec3::new(0.3, 0.0, -3.0);
+    }
+    for n in c..=c + 10 {
+        w.velocity[n] = DVec3::new(0.0, 0.1, -5.0);
+    }
+    w.body(Solid::Sphere { radius: 0.02 }, 0.01, DVec3::new(0.01, 0.0, -0.03), DQuat::IDENTITY, DVec3::Z * 2.0);
+    w.touch_all(0.3, 0.3, 0.2);
+    let first = w.momentum();
+    (0..150).for_each(|_| w.step(2e-4));
+    kept("momentum", &w);
+    let error = (w.momentum() - first).length() / first.length();
+    println!("momentum off by {error:e}, sheet at {}", w.velocity[a]);
+    assert!(error < 1e-13);
+}
+
+#[test]
+fn the_bits_do_not_depend_on_threads_or_on_a_checkpoint() {
+    let run = |threads: Option<usize>, checkpoint: bool| {
+        let mut w = folded();
+        w.oracle = false;
+        w.pool = threads.map(|n| rayon::ThreadPoolBuilder::new().num_threads(n).build().expect("pool"));
+        for step in 0..240 {
+            if checkpoint && step == 170 {
+                let memory = w.contact.take().map(|c| c.memory()).expect("has stepped");
+                let features = Features::new(&w.parts, w.rest.clone()).expect("features");
+                let mut contact = ClothContact::new(w.settings, features, &w.rules, &w.bodies);
+                contact.recall(memory);
+                w.contact = Some(contact);
+            }
+            w.step(2.5e-4);
+        }
+        (w.position, w.velocity)
+    };
+    let one = run(None, false);
+    assert!(one == run(Some(2), false), "threads");
+    assert!(one == run(None, true), "checkpoint");
+}
+
+#[test]
+fn a_box_comes_to_rest_on_a_box() {
+    let mut w = world();
+    let half = DVec3::new(0.1, 0.08, 0.05);
+    w.body(Solid::Box { half }, 0.0, DVec3::ZERO, DQuat::IDENTITY, DVec3::ZERO);
+    w.body(Solid::Box { half: 0.5 * half }, 1.0, DVec3::new(0.02, 0.01, 0.12), DQuat::from_rotation_x(0.3), DVec3::ZERO);
+    w.settings.margin = 1e-5;
+    w.touch_all(0.0, 0.4, 0.4);
+    (0..800).for_each(|_| w.step(1e-3));
+    println!("at {} v {} spin {} gain {:e}", w.bodies.position[1], w.bodies.velocity[1], w.bodies.spin[1], w.worst_gain);
+    assert!((w.bodies.position[1].z - 0.075).abs() < 5e-4, "{}", w.bodies.position[1]);
+    assert!(w.bodies.velocity[1].length() < 1e-3 && w.bodies.spin[1].length() < 1e-2);
+    assert!(w.worst_gain < 1e-9);
+}
+
+#[test]
+fn what_has_no_size_is_refused() {
+    let rest = vec![DVec3::ZERO, DVec3::X, DVec3::X * 2.0];
+    let flat = Part { half_thickness: 1e-3, triangles: vec![[0, 1, 2]], segments: vec![] };
+    assert_eq!(Features::new(&[flat], rest.clone()).err(), Some(FeatureError::Empty { part: 0, nodes: [0, 1, 2] }));
+    let point = Part { half_thickness: 1e-3, triangles: vec![], segments: vec![[1, 1]] };
+    assert!(matches!(Features::new(&[point], rest.clone()), Err(FeatureError::Empty { .. })));
+    let thin = Part { half_thickness: 0.0, ..Part::default() };
+    assert!(matches!(Features::new(&[thin], rest), Err(FeatureError::Thickness { .. })));
+}
