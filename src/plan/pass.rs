@@ -119,6 +119,8 @@ pub enum Drive {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NetSkin {
     pub domain: DomainId,
+    /// The first domain of what joins hold together: rules name that one.
+    pub side: DomainId,
     /// Half the thickness of the cloth, or half the diameter of the line, m.
     pub half_thickness: f64,
 }

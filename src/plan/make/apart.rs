@@ -1,10 +1,11 @@
-//! What could meet and has nothing yet that keeps it apart: contact of sheets and lines is not available.
+//! Parts that hang together, and what could meet and has nothing yet that keeps it apart: sheets and yarns, and all of a
+//! static run.
 
 use std::collections::BTreeMap;
 
 use crate::diagnostics::Diagnostic;
-use crate::plan::{Join, PointRef, Recipe};
-use crate::scene::{Contact, Item, ItemBody, ItemId};
+use crate::plan::{DomainId, Join, PointRef};
+use crate::scene::{ItemBody, ItemId};
 
 use super::net::Form;
 use super::{Maker, group_name};
@@ -13,30 +14,40 @@ use super::{Maker, group_name};
 const NAMES: usize = 4;
 
 /// Parts that hang together, by what the user calls them.
-struct Whole {
+pub(super) struct Whole {
     /// The first part as written.
-    first: ItemId,
-    name: String,
-    cloth: bool,
+    pub first: ItemId,
+    pub name: String,
+    pub cloth: bool,
+    /// Whether it is woven from yarns.
+    pub woven: bool,
+    /// Its sheets, lines and points, in the plan's order.
+    pub domains: Vec<DomainId>,
+    /// Rigid bodies that hang in it.
+    pub bodies: Vec<ItemId>,
 }
 
 impl Maker<'_> {
-    /// W0760 for every sheet that something else could meet.
-    pub(super) fn warn_of_passing_through(&mut self) {
-        if self.pieces.is_empty() {
+    /// W0760 for every sheet that something could meet which contact does not keep away: yarns always, all in a static run.
+    pub(super) fn warn_of_passing_through(&mut self, is_static: bool) {
+        if self.pieces.is_empty() || self.diagnostics.iter().any(Diagnostic::is_error) {
             return;
         }
         let origin = self.body.domains[self.pieces[0].domain.0 as usize].origin;
-        let reason = "contact of sheets and lines is not available yet: they pass through themselves and all else";
-        self.decide("contact", "sheets and lines", false, reason, vec![origin]);
-        if self.diagnostics.iter().any(Diagnostic::is_error) {
-            return;
-        }
+        let reason = if is_static {
+            "a static run of sheets and lines knows no contact yet"
+        } else {
+            "contact of sheets and lines with yarns is not available yet"
+        };
         let wholes = self.wholes();
+        if is_static || wholes.iter().any(|whole| whole.woven) {
+            self.decide("contact", "sheets and lines", false, reason, vec![origin]);
+        }
         for whole in wholes.iter().filter(|whole| whole.cloth) {
             let later = |other: &&Whole| other.first != whole.first && !(other.cloth && other.first < whole.first);
-            let mut others: Vec<String> =
-                wholes.iter().filter(later).map(|other| format!("`{}`", other.name)).collect();
+            let unkept = |other: &&Whole| is_static || other.woven;
+            let names = wholes.iter().filter(later).filter(unkept).map(|other| format!("`{}`", other.name));
+            let mut others: Vec<String> = names.collect();
             others.dedup();
             if others.is_empty() {
                 continue;
@@ -47,14 +58,13 @@ impl Maker<'_> {
             let list = if more > 0 { format!("{list} and {more} more") } else { list };
             let message = format!("nothing keeps `{}` and {list} apart yet", whole.name);
             let place = self.headline(self.scene.item(whole.first).span);
-            let found = Diagnostic::warning("W0760", message, place, "would pass through")
-                .note("Contact of sheets and lines is not available yet.");
+            let found = Diagnostic::warning("W0760", message, place, "would pass through").note(reason);
             self.diagnostics.push(found);
         }
     }
 
     /// Groups of parts that joins hold together.
-    fn wholes(&self) -> Vec<Whole> {
+    pub(super) fn wholes(&self) -> Vec<Whole> {
         let mut up: BTreeMap<ItemId, ItemId> = BTreeMap::new();
         let top = |item: ItemId| {
             let mut at = item;
@@ -98,24 +108,19 @@ impl Maker<'_> {
             let own = |piece: &&super::net::Piece| matches!(piece.form, Form::Sheet { .. });
             self.pieces.iter().filter(own).any(|piece| root(&up, top(piece.item)) == item)
         };
-        let whole =
-            |item: ItemId| Whole { first: item, name: group_name(&self.scene.item(item).name), cloth: cloth(item) };
-        up.keys().filter(|item| root(&up, **item) == **item).map(|item| whole(*item)).collect()
-    }
-
-    /// Whether a contact names sheets or lines, which is then told.
-    pub(super) fn warn_of_contact(&mut self, item: &Item, contact: &Contact) -> bool {
-        let net = |id: ItemId| {
-            let domain = self.net_domain(id).map(|domain| &self.body.domains[domain.0 as usize].recipe);
-            matches!(domain, Some(Recipe::Sheet { .. } | Recipe::Line { .. } | Recipe::Points(_)))
-                || matches!(self.scene.item(id).body, ItemBody::Canopy(_))
+        let whole = |item: ItemId| {
+            let its = self.pieces.iter().filter(|piece| root(&up, top(piece.item)) == item);
+            let mut domains: Vec<DomainId> = its.map(|piece| piece.domain).collect();
+            domains.sort_unstable();
+            Whole {
+                first: item,
+                name: group_name(&self.scene.item(item).name),
+                cloth: cloth(item),
+                woven: matches!(self.scene.item(item).body, ItemBody::Weave(_) | ItemBody::Strand(_)),
+                domains,
+                bodies: bodies.iter().copied().filter(|body| root(&up, *body) == item).collect(),
+            }
         };
-        let named = contact.between.value.iter().flat_map(|side| &side.terms).any(|term| net(term.item));
-        if named {
-            let message = format!("`{}` does nothing yet: contact of sheets and lines is not available", item.name);
-            let found = Diagnostic::warning("W0760", message, contact.between.span(), "would pass through");
-            self.diagnostics.push(found);
-        }
-        named
+        up.keys().filter(|item| root(&up, **item) == **item).map(|item| whole(*item)).collect()
     }
 }

@@ -1,22 +1,29 @@
 //! Which pairs may touch, and how: everything touches everything unless a `contact` block says otherwise.
 
 use crate::diagnostics::Diagnostic;
-use crate::plan::{ContactRule, ContactSide, ContactVariant, OriginId};
+use crate::plan::{ContactRule, ContactSide, ContactVariant, NetSkin, OriginId};
 use crate::scene::{Contact, ContactModel, Item, ItemBody, ItemId, Selection};
 
 use super::Maker;
 use super::domains::Place;
+use super::net_contact::NetContacts;
 
-/// The rules in force, with what was left out on the way.
+/// The rules in force.
 pub(super) struct Contacts {
-    pub rules: Vec<ContactRule>,
+    /// Of yarns with yarns and with bodies.
+    pub yarns: Vec<ContactRule>,
+    /// Of sheets, lines and bodies.
+    pub net: Vec<ContactRule>,
+    pub skins: Vec<NetSkin>,
 }
 
 impl Maker<'_> {
-    /// Makes the default rule of every pair of chain domains and every pair of chains and body, then lets the `contact`
-    /// blocks of the scene change them.
+    /// Makes the default rule of every pair that contact knows, then lets the `contact` blocks of the scene change them.
     pub(super) fn contacts(&mut self) -> Contacts {
+        let net = self.net_contacts();
         let mut rules = self.default_rules();
+        rules.extend(self.net_rules(&net));
+        rules.sort_by_key(|rule| rule.between);
         let mut excluded: Vec<([ContactSide; 2], OriginId)> = Vec::new();
         let blocks: Vec<(&Item, &Contact)> = self
             .scene
@@ -28,7 +35,7 @@ impl Maker<'_> {
             })
             .collect();
         for (item, contact) in blocks {
-            self.apply_contact(item, contact, &mut rules, &mut excluded);
+            self.apply_contact(item, contact, &net, &mut rules, &mut excluded);
         }
         for (between, origin) in excluded {
             let subject = self.pair_name(between);
@@ -40,8 +47,9 @@ impl Maker<'_> {
             let reason = if boxed { "may touch; the body is taken as its box" } else { "may touch" };
             self.decide("contact", &subject, true, reason, vec![origin]);
         }
-        self.refuse_body_pairs();
-        Contacts { rules }
+        let (yarns, net_rules): (Vec<_>, Vec<_>) =
+            rules.into_iter().partition(|rule| matches!(rule.between[0], ContactSide::Chains(_)));
+        Contacts { yarns, net: net_rules, skins: net.skins }
     }
 
     fn default_rules(&mut self) -> Vec<ContactRule> {
@@ -51,7 +59,7 @@ impl Maker<'_> {
         for (i, (a, item)) in sides.iter().enumerate() {
             let origin = self.written(self.scene.item(*item).span);
             for (b, _) in &sides[i..] {
-                if let Some(between) = ordered(*a, *b) {
+                if let Some(between) = ordered(*a, *b).filter(|between| matches!(between[0], ContactSide::Chains(_))) {
                     // A single strand has no second yarn to touch, but a later fold of it may.
                     let variant = ContactVariant::Tubes;
                     rules.push(ContactRule {
@@ -74,6 +82,7 @@ impl Maker<'_> {
         &mut self,
         item: &Item,
         contact: &Contact,
+        net: &NetContacts,
         rules: &mut Vec<ContactRule>,
         excluded: &mut Vec<([ContactSide; 2], OriginId)>,
     ) {
@@ -97,8 +106,8 @@ impl Maker<'_> {
             self.diagnostics.push(found);
         }
         let mut met = false;
-        for a in self.sides(&contact.between.value[0]) {
-            for b in self.sides(&contact.between.value[1]) {
+        for a in self.sides(net, &contact.between.value[0]) {
+            for b in self.sides(net, &contact.between.value[1]) {
                 let Some(between) = ordered(a, b) else { continue };
                 met = true;
                 if contact.model.value == ContactModel::None {
@@ -120,44 +129,24 @@ impl Maker<'_> {
                 }
             }
         }
-        if !met && !self.warn_of_contact(item, contact) {
+        if !met {
             let found = Diagnostic::error(
                 "E0722",
                 format!("`{}` names no pair that could touch", item.name),
                 contact.between.span(),
-                "neither yarns with yarns nor yarns with a body",
+                "no contact between these is known",
             )
-            .note("Name two parts: yarns with yarns, or yarns with a body.");
+            .note("Yarns touch yarns and bodies; sheets and lines touch each other and bodies; bodies touch bodies.");
             self.diagnostics.push(found);
         }
     }
 
-    fn sides(&self, selection: &Selection) -> Vec<ContactSide> {
-        let mut sides: Vec<_> = selection.terms.iter().filter_map(|term| side(self.place_of(term.item)?)).collect();
+    fn sides(&self, net: &NetContacts, selection: &Selection) -> Vec<ContactSide> {
+        let of = |item: ItemId| self.place_of(item).and_then(side).or_else(|| self.net_side(net, item));
+        let mut sides: Vec<_> = selection.terms.iter().filter_map(|term| of(term.item)).collect();
         sides.sort_unstable();
         sides.dedup();
         sides
-    }
-
-    /// Bodies do not touch each other yet; where two could, say so rather than let them pass through.
-    fn refuse_body_pairs(&mut self) {
-        let scene = self.scene;
-        let bodies: Vec<_> = scene
-            .ids()
-            .filter(|(id, _)| matches!(self.place_of(*id), Some(Place::Body(_))))
-            .map(|(_, item)| item)
-            .collect();
-        if let [first, second, ..] = bodies[..] {
-            let found = Diagnostic::error(
-                "E0853",
-                "contact between two bodies is not available yet",
-                second.span,
-                "a second body",
-            )
-            .also(first.span, "the other body")
-            .note("Keep one body in the scene for now.");
-            self.diagnostics.push(found);
-        }
     }
 
     fn pair_name(&self, between: [ContactSide; 2]) -> String {
@@ -166,6 +155,10 @@ impl Maker<'_> {
     }
 
     pub(super) fn side_name(&self, side: ContactSide) -> String {
+        if let ContactSide::Net(domain) = side {
+            let whole = self.wholes().into_iter().find(|whole| whole.domains.first() == Some(&domain));
+            return whole.map_or_else(|| "?".to_string(), |whole| whole.name);
+        }
         self.item_of(side).map_or_else(|| "?".to_string(), |at| self.scene.items[at].name.clone())
     }
 
@@ -173,14 +166,14 @@ impl Maker<'_> {
     pub(super) fn item_of(&self, side: ContactSide) -> Option<usize> {
         let place = match side {
             ContactSide::Chains(domain) => Place::Chains(domain),
-            ContactSide::Net(_) => return None,
+            ContactSide::Net(domain) => Place::Net(domain),
             ContactSide::Body(body) => Place::Body(body),
         };
         self.domain_of.iter().position(|known| *known == Some(place))
     }
 }
 
-/// None where contact is not available yet.
+/// The side of yarns and of bodies; parts of the net share one.
 fn side(place: Place) -> Option<ContactSide> {
     match place {
         Place::Chains(domain) => Some(ContactSide::Chains(domain)),
@@ -189,10 +182,11 @@ fn side(place: Place) -> Option<ContactSide> {
     }
 }
 
-/// Chains before bodies, by number; None for two bodies.
+/// Chains before the net before bodies, by number; None where no contact is known: yarns with the net, one body twice.
 fn ordered(a: ContactSide, b: ContactSide) -> Option<[ContactSide; 2]> {
     match (a, b) {
-        (ContactSide::Body(_), ContactSide::Body(_)) => None,
+        (ContactSide::Body(a), ContactSide::Body(b)) if a == b => None,
+        (ContactSide::Chains(_), ContactSide::Net(_)) | (ContactSide::Net(_), ContactSide::Chains(_)) => None,
         _ => Some([a.min(b), a.max(b)]),
     }
 }

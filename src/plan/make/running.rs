@@ -10,6 +10,7 @@ use crate::plan::{
 use crate::scene::{Extents, Item, ItemBody, Run, Step};
 
 use super::Maker;
+use super::contacts::Contacts;
 use super::scheme::{NET_SHARE, Stepping};
 
 /// The step of a scene at rest is this share of the stable bound: the bound is safe for small strains, and yarns stretch by a few percent.
@@ -69,14 +70,14 @@ impl Maker<'_> {
             let fields = ["position", "velocity"];
             order.kick.push(self.pass("integrate", kernel, &["force", "mass"], &fields, run_origin));
         }
-        self.contact_passes(&chains, run_origin, &mut order);
+        self.contact_passes(&chains, !stepping.equilibrium, run_origin, &mut order);
         if moves {
             order.drift.push(self.pass("drift", Kernel::Drift, &["velocity"], &["position"], run_origin));
         }
         self.bodies_decision();
         self.static_passes(run, &stepping, run_origin, &mut order);
         order.after.push(self.pass("ledger", Kernel::Ledger, &["position", "velocity"], &["ledger"], run_origin));
-        self.warn_of_passing_through();
+        self.warn_of_passing_through(stepping.equilibrium);
         self.schedule(run, viscosity.unwrap_or(0.0), opening, order, &stepping);
     }
 
@@ -222,9 +223,19 @@ impl Maker<'_> {
         }
     }
 
-    fn contact_passes(&mut self, chains: &[DomainId], origin: OriginId, order: &mut Order) {
-        let rules = self.contacts().rules;
+    /// `known` is false in static runs of sheets and lines, which know no contact.
+    fn contact_passes(&mut self, chains: &[DomainId], known: bool, origin: OriginId, order: &mut Order) {
+        let Contacts { yarns: rules, net, skins } = self.contacts();
         self.refuse_overlapping_starts(&rules);
+        let touches = known && !net.is_empty();
+        if touches {
+            let kernel = Kernel::NetContact { rules: net, skins };
+            let reads = ["position", "velocity"];
+            order.contact.push(self.pass("net_contact", kernel, &reads, &["velocity"], origin));
+        }
+        if rules.is_empty() && touches {
+            return;
+        }
         if rules.is_empty() {
             self.decide("contact", "", false, "no two parts can touch", vec![origin]);
             return;

@@ -16,6 +16,10 @@ const STILL: f64 = 1.0;
 /// The largest pressure over dynamic pressure: what a canopy that faces the wind badly, or hangs folded, gets beside it
 /// is spread along the wind.
 const MOST_PRESSURE: f64 = 2.0;
+/// Drag coefficient of a square plate across the wind (an aeronautical engineer's data book): what the air does to cloth
+/// that moves against the rest of its canopy. Without it nothing but the cloth's own mass would hold an opening canopy
+/// back, and it would swing through and turn inside out.
+const PLATE: f64 = 1.17;
 
 /// One canopy in quasi-steady air.
 #[derive(Debug)]
@@ -88,7 +92,8 @@ impl NetRun {
         wind - own.sum::<DVec3>()
     }
 
-    /// Drag of one canopy: a pressure over its sheets, and along the wind what that leaves of ½ρw²·CdS.
+    /// Drag of one canopy: a pressure over its sheets less what cloth meets that moves against the rest of it, and along the
+    /// wind what that leaves of ½ρw²·CdS, so that the whole is the drag.
     fn fill(&mut self, canopy: usize, density: f64, wind: DVec3) {
         let felt = self.felt(canopy, wind);
         let speed = felt.length();
@@ -106,10 +111,25 @@ impl NetRun {
         let area: DVec3 = run.parts.iter().map(|part| self.elements.area_vector(PartId(*part as u32), x)).sum();
         let facing = area.dot(along);
         let pressure = (dynamic * drag_area / facing.abs().max(drag_area / MOST_PRESSURE)).copysign(facing);
-        for part in &run.parts {
-            self.elements.pressure(PartId(*part as u32), x, pressure, &mut self.air);
+        // Each node's share of the surface: the force of a unit of pressure.
+        for (node, _) in &run.share {
+            self.facing[*node as usize] = DVec3::ZERO;
         }
-        let rest = along * (dynamic * drag_area) - area * pressure;
+        for part in &run.parts {
+            self.elements.pressure(PartId(*part as u32), x, 1.0, &mut self.facing);
+        }
+        let own = wind - felt;
+        let mut met = DVec3::ZERO;
+        for (node, _) in &run.share {
+            let node = *node as usize;
+            let surface = self.facing[node];
+            let normal = surface.normalize_or_zero();
+            let against = (self.net.velocity[node] - own).dot(normal);
+            let force = surface * (pressure - 0.5 * density * PLATE * against * against.abs());
+            self.air[node] += force;
+            met += force;
+        }
+        let rest = along * (dynamic * drag_area) - met;
         for (node, share) in &run.share {
             self.air[*node as usize] += rest * *share;
         }
@@ -156,6 +176,7 @@ impl Engine<'_> {
             let (wind, density) = (self.wind(), self.net.air_law.as_ref().map_or(0.0, |air| air.density));
             self.net.air.clear();
             self.net.air.resize(count, DVec3::ZERO);
+            self.net.facing.resize(count, DVec3::ZERO);
             for canopy in 0..self.net.air_of.len() {
                 self.net.fill(canopy, density, wind);
             }

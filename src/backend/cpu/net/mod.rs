@@ -110,6 +110,8 @@ pub struct NetRun {
     pub load: Vec<DVec3>,
     pub pressure: Vec<DVec3>,
     pub air: Vec<DVec3>,
+    /// Room of the air: surface of each node, m².
+    pub facing: Vec<DVec3>,
     /// What draws seams together.
     pub drawn: Vec<DVec3>,
     /// Nodes that something holds or drives, and the largest force on one of them at the last kick, N.

@@ -17,7 +17,8 @@ use crate::plan::{ContactRule, ContactSide, DomainId, Kernel, NetSkin, OriginId,
 pub struct NetTouch {
     solver: ClothContact,
     pub last: ClothContactStats,
-    rules: Vec<ContactRule>,
+    /// The `contact` block that each rule of the solver comes from; empty where none does.
+    rules: Vec<String>,
     /// v* of nodes.
     kicked: Vec<DVec3>,
     /// v* and spin* of bodies.
@@ -71,11 +72,12 @@ impl Engine<'_> {
     /// Sets contact of the net up for the state as it stands; `memory` is a checkpoint's.
     pub(in crate::backend::cpu) fn open_net_contact(&mut self, memory: Option<ClothMemory>) -> Result<(), Refusal> {
         let Some((rules, skins, origin)) = pass(self.plan) else { return Ok(()) };
+        // The side that each part belongs to.
         let mut known: Vec<DomainId> = Vec::new();
         let mut parts = Vec::new();
         for skin in skins {
             if let Some(part) = part(&self.net, skin) {
-                known.push(skin.domain);
+                known.push(skin.side);
                 parts.push(part);
             }
         }
@@ -86,25 +88,34 @@ impl Engine<'_> {
         if !thinnest.is_finite() {
             return Ok(());
         }
-        let side = |side: ContactSide| match side {
-            ContactSide::Net(domain) => {
-                known.iter().position(|known| *known == domain).map(|at| ClothSide::Part(at as u32))
+        let parts_of = |side: ContactSide| -> Vec<ClothSide> {
+            match side {
+                ContactSide::Net(domain) => {
+                    let its = (0..known.len()).filter(|at| known[*at] == domain);
+                    its.map(|at| ClothSide::Part(at as u32)).collect()
+                }
+                ContactSide::Body(body) => vec![ClothSide::Body(body)],
+                ContactSide::Chains(_) => Vec::new(),
             }
-            ContactSide::Body(body) => Some(ClothSide::Body(body)),
-            ContactSide::Chains(_) => None,
         };
+        // A rule of the plan holds for every pair of parts of its two sides.
         let mut kept = Vec::new();
         let mut laws = Vec::new();
         for rule in rules {
-            let [Some(a), Some(b)] = rule.between.map(side) else { continue };
             let friction = rule.friction.unwrap_or(crate::plan::FrictionLaw { at_rest: 0.0, sliding: 0.0 });
-            kept.push(rule.clone());
-            laws.push(ClothRule {
-                between: [a, b],
-                restitution: rule.restitution,
-                at_rest: friction.at_rest,
-                sliding: friction.sliding,
-            });
+            let [ones, others] = rule.between.map(parts_of);
+            for (i, a) in ones.iter().enumerate() {
+                let from = if rule.between[0] == rule.between[1] { i } else { 0 };
+                for b in &others[from..] {
+                    kept.push(rule.name.clone());
+                    laws.push(ClothRule {
+                        between: [*a, *b],
+                        restitution: rule.restitution,
+                        at_rest: friction.at_rest,
+                        sliding: friction.sliding,
+                    });
+                }
+            }
         }
         let refuse =
             |error: crate::physics::contact::cloth::FeatureError| Refusal::new(error.to_string(), Some(origin));
@@ -268,7 +279,7 @@ impl Engine<'_> {
     /// Whether a rule named after `item` pressed in the last step.
     pub(in crate::backend::cpu) fn net_touching(&self, item: &str) -> bool {
         let pressed = |touch: &NetTouch| {
-            touch.rules.iter().zip(&touch.last.rules).any(|(rule, totals)| rule.name == item && totals.exchanged > 0.0)
+            touch.rules.iter().zip(&touch.last.rules).any(|(rule, totals)| rule == item && totals.exchanged > 0.0)
         };
         self.net_touch.as_ref().is_some_and(pressed)
     }

@@ -85,6 +85,7 @@ pub fn unfold(plan: &Plan, bodies: &mut Bodies) -> Result<NetRun, Refusal> {
         load: Vec::new(),
         pressure: Vec::new(),
         air: Vec::new(),
+        facing: Vec::new(),
         drawn: Vec::new(),
         held: Vec::new(),
         held_force: 0.0,
