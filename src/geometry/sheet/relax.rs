@@ -34,7 +34,7 @@ impl Side {
     }
 }
 
-/// Bounds of the seam's radius, m.
+/// Bounds of the seam's radius, m; the lower one is at most half of the radius wanted.
 #[derive(Clone, Copy)]
 pub(super) struct Bounds {
     pub least: f64,
@@ -51,18 +51,26 @@ struct Fit<'a> {
 
 /// Moves seams and middles so that edges, half rows, the middle line and both diagonals of every strip have the
 /// pattern's length as nearly as can be, the seam near where it was and within its bounds, the middle outside the axis.
-pub(super) fn relax(rows: &[Row], half: f64, start: &[Hung], bounds: Bounds) -> Vec<Hung> {
+/// Also gives the root mean square of the strains that are left.
+pub(super) fn relax(rows: &[Row], half: f64, start: &[Hung], bounds: Bounds) -> (Vec<Hung>, f64) {
     let sides = sides(rows, libm::cos(half));
     let length = rows.windows(2).map(|p| libm::hypot(p[1].y - p[0].y, p[1].w - p[0].w)).sum();
     let fit = Fit { sides, rows, wanted: start.iter().map(|h| h.seam[0]).collect(), bounds, length };
     let mut x: Vec<f64> = start.iter().flat_map(|h| [h.seam[0], h.seam[1], h.middle[0], h.middle[1]]).collect();
     fit.solve(&mut x);
+    let left =
+        libm::sqrt(fit.sides.iter().map(|side| side.strain(&x).0).map(|r| r * r).sum::<f64>() / fit.sides.len() as f64);
     if !x.iter().all(|v| v.is_finite()) {
-        return start.to_vec();
+        return (start.to_vec(), f64::INFINITY);
     }
     let shift = start[0].seam[1] - x[1];
-    let hung = |v: &[f64]| Hung { seam: [v[0], v[1] + shift], middle: [v[2], v[3] + shift] };
-    x.chunks_exact(ROW).map(hung).collect()
+    // The fit leaves a tip on the axis but for rounding.
+    let radius = |row: &Row, r: f64| if row.w == 0.0 { 0.0 } else { r };
+    let hung = |(v, row): (&[f64], &Row)| Hung {
+        seam: [radius(row, v[0]), v[1] + shift],
+        middle: [radius(row, v[2]), v[3] + shift],
+    };
+    (x.chunks_exact(ROW).zip(rows).map(hung).collect(), left)
 }
 
 fn sides(rows: &[Row], cos: f64) -> Vec<Side> {
@@ -172,7 +180,8 @@ impl Fit<'_> {
                 continue;
             }
             each(pull * (x[seam] - self.wanted[j]), seam, pull);
-            let out = (x[seam] - self.bounds.most).max(0.0) + (x[seam] - self.bounds.least).min(0.0);
+            let out = (x[seam] - self.bounds.most).max(0.0)
+                + (x[seam] - self.bounds.least.min(0.5 * self.wanted[j])).min(0.0);
             if out != 0.0 {
                 each(bound * out, seam, bound);
             }

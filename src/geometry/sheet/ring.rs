@@ -18,6 +18,12 @@ const ROUNDING: f64 = 1e-9;
 /// Share of the pleats' radius that seams keep from it and from the axis: bounds of a fit give a little.
 const INSIDE: f64 = 0.01;
 
+/// What is taken for no strain, root mean square over a half gore; better starts are looked for above it.
+const STRAIN: f64 = 1.5e-4;
+
+/// Starts of coned gores in order of preference: how far out their seams may lie, as a share of the ring as constructed.
+const STARTS: [(f64, Way); 4] = [(1.0, Way::Hanging), (0.85, Way::Hanging), (0.85, Way::Outwards), (0.9, Way::Hanging)];
+
 /// Places of the seam and of the middle of one row, as distances from the axis and heights, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Hung {
@@ -50,8 +56,8 @@ pub(super) fn closes(stations: &[Row], index: u32, of: u32) -> Result<(), SheetE
 /// of the seam, is straight: that is exact for gores with straight sides that begin at the axis, whatever the slope.
 /// Curved outlines begin from a straight seam (within the ring as constructed), half rows keeping their length and angle
 /// to it; then seams and middles are moved until the strain is least, see [`relax`], the seam near the straight one and
-/// within the radius of the pleats. What is left (hemisphere, extended skirt, band): under 0.1 % pleated or steep; 1 %
-/// to 4 % at single rows where a coned seam would be flatter than the canopy as constructed and has to follow it.
+/// within the radius of the pleats. What is left (hemisphere, extended skirt, band): under 0.1 % pleated or steep, under
+/// 0.4 % where a coned seam would be flatter than the canopy as constructed and has to follow it.
 pub(super) fn profile(rows: &[Row], of: u32, height: f64, fold: Fold) -> Result<Vec<Hung>, SheetError> {
     if height.is_nan() || height.abs() > 1e100 {
         return Err(SheetError::Empty { what: "height" });
@@ -63,20 +69,38 @@ pub(super) fn profile(rows: &[Row], of: u32, height: f64, fold: Fold) -> Result<
             if slope.is_nan() || slope.abs() > 0.5 * PI {
                 return Err(SheetError::Empty { what: "slope" });
             }
-            let radii = seam_radii(rows, half, libm::cos(slope));
-            let start = folded(rows, half, height, &radii, Way::Hanging);
-            Ok(relax(rows, half, &start, Bounds { least: 0.0, most: f64::INFINITY }))
+            Ok(coned(rows, half, height, libm::cos(slope)))
         }
         Fold::Pleated { radius } => {
             if !(radius > 0.0 && radius < 1e100) {
                 return Err(SheetError::Empty { what: "radius" });
             }
+            // Nothing is pleated that is narrower anyway.
+            let radius = rows.iter().fold(0.0, |most: f64, row| most.max(row.w / libm::sin(half))).min(radius);
             let radii = pleated_radii(rows, half, (1.0 - INSIDE) * radius);
             let start = folded(rows, half, height, &radii, Way::Outwards);
             let most = (1.0 - INSIDE) * radius;
-            Ok(relax(rows, half, &start, Bounds { least: INSIDE * radius, most }))
+            Ok(relax(rows, half, &start, Bounds { least: INSIDE * radius, most }).0)
         }
     }
+}
+
+/// The first start whose strain relaxes away, or else the best: a seam that has to follow the ring as constructed has
+/// rows without slack, from which the fit does not find out.
+fn coned(rows: &[Row], half: f64, height: f64, cos: f64) -> Vec<Hung> {
+    let mut best: Option<(Vec<Hung>, f64)> = None;
+    for (within, way) in STARTS {
+        let radii = seam_radii(rows, half, cos, within);
+        let start = folded(rows, half, height, &radii, way);
+        let found = relax(rows, half, &start, Bounds { least: 0.0, most: f64::INFINITY });
+        if found.1 <= STRAIN {
+            return found.0;
+        }
+        if best.as_ref().is_none_or(|best| found.1 < best.1) {
+            best = Some(found);
+        }
+    }
+    best.map_or_else(|| open(rows, half, height), |best| best.0)
 }
 
 fn open(rows: &[Row], half: f64, height: f64) -> Vec<Hung> {
@@ -112,7 +136,7 @@ fn before_vent(rows: &[Row]) -> f64 {
 }
 
 /// Radii of a seam that leaves the axis at a slope of the given cosine, never outside the ring as constructed.
-fn seam_radii(rows: &[Row], half: f64, cos: f64) -> Vec<f64> {
+fn seam_radii(rows: &[Row], half: f64, cos: f64, within: f64) -> Vec<f64> {
     let sin = libm::sin(half);
     let mut radius = (cos * before_vent(rows)).min(rows[0].w / sin);
     if radius.is_nan() {
@@ -120,7 +144,7 @@ fn seam_radii(rows: &[Row], half: f64, cos: f64) -> Vec<f64> {
     }
     let mut radii = vec![radius];
     for pair in rows.windows(2) {
-        radius = (radius + cos * edge(pair)).min(pair[1].w / sin);
+        radius = (radius + cos * edge(pair)).min(within * pair[1].w / sin);
         radii.push(radius);
     }
     radii

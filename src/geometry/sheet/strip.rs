@@ -76,7 +76,7 @@ pub(super) fn check(recipe: &SheetRecipe) -> Result<(), SheetError> {
         return Err(SheetError::Empty { what: "grain" });
     }
     let turn = glam::DQuat::from_array(recipe.placement.turn).length_squared();
-    if !recipe.placement.origin.iter().all(finite) || !(turn > 1e-100 && turn < 1e100) {
+    if !(recipe.placement.origin.iter().all(finite) && turn > 1e-100 && turn < 1e100) {
         return Err(SheetError::Empty { what: "placement" });
     }
     Ok(())

@@ -128,6 +128,18 @@ fn grain_turns_the_material_and_not_the_place() {
 }
 
 #[test]
+fn a_loop_written_the_other_way_round_is_turned() {
+    let corners = vec![[0.0, 0.0], [0.0, 1.0], [2.0, 1.0], [2.5, -0.5]];
+    let hole = vec![[0.5, 0.3], [1.0, 0.3], [1.0, 0.7]];
+    let mesh = made(Pattern::Polygon { corners: corners.clone(), holes: vec![hole.clone()] }, 0.1);
+    sound(&mesh).unwrap();
+    for (written, node) in corners.iter().chain(&hole).zip(&mesh.corners) {
+        assert_eq!(mesh.material[*node as usize].to_array(), *written);
+    }
+    assert!((area(&mesh) + outline_area(&corners) + outline_area(&hole)).abs() < 1e-13);
+}
+
+#[test]
 fn a_disc_cut_from_a_rectangle_is_its_inner_edge() {
     let (sheet, hole) = (Pattern::Rectangle { size: [1.2, 0.8] }, Pattern::Disc { radius: 0.3, hole: 0.0 });
     let pattern = cut(&sheet, &hole, 0.05).unwrap();

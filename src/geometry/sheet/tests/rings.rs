@@ -115,6 +115,44 @@ fn coned_gores_hang_between_their_seams() {
     assert!((fall - slope).abs() < 1e-12, "{fall}");
 }
 
+/// G-11: 120 gores, so narrow at the vent that rows are crowded there.
+#[test]
+fn a_hundred_and_twenty_gores_close() {
+    let (radius, vent) = (50.0 * 0.3048, 1.5 * 0.3048);
+    let pattern = flat_circle(radius, 120, vent);
+    for fold in [Fold::Open, Fold::Pleated { radius: 0.5 }] {
+        let gores = ring(&pattern, 2.0 * radius / 60.0, 120, fold);
+        assert_eq!(closure(&gores), 0.0);
+        assert!(strain(&gores[119]) < 1e-11, "{fold:?} {}", strain(&gores[119]));
+        assert!(least_angle(&gores[5]) > 19.5, "{}", least_angle(&gores[5]));
+        sound(&gores[5]).unwrap();
+        let cloth = 120.0 * area(&gores[7]);
+        assert!((cloth / (120.0 * (PI / 120.0).tan() * (radius * radius - vent * vent)) - 1.0).abs() < 1e-12);
+    }
+}
+
+/// A canopy without a vent: its gores meet in one place, folded or not.
+#[test]
+fn tips_meet_on_the_axis() {
+    let pattern = flat_circle(4.2672, 28, 0.0);
+    for fold in [Fold::Open, Fold::Coned { slope: 0.4 }, Fold::Pleated { radius: 0.5 }, Fold::Pleated { radius: 50.0 }]
+    {
+        let gores = ring(&pattern, 0.142, 28, fold);
+        assert_eq!(closure(&gores), 0.0);
+        assert!(strain(&gores[0]) < 1e-6, "{fold:?}: {}", strain(&gores[0]));
+        let tip = |mesh: &SheetMesh| mesh.position[mesh.edges["vent"][0] as usize];
+        assert!(gores.iter().all(|mesh| tip(mesh).distance(DVec3::Z) < 1e-9), "{fold:?} {}", tip(&gores[1]));
+    }
+    // Both ends: a balloon of twelve.
+    let balloon = gore(4.0, &[[0.0, 0.0], [2.0, 0.4], [4.0, 0.0]]);
+    for fold in [Fold::Open, Fold::Pleated { radius: 0.5 }] {
+        let gores = ring(&balloon, 0.1, 12, fold);
+        assert_eq!(closure(&gores), 0.0);
+        // Twelve wide gores whose edges turn by 23 deg: the worst case met.
+        assert!(strain(&gores[0]) < 4e-2, "{fold:?}: {}", strain(&gores[0]));
+    }
+}
+
 /// What curved outlines leave, as stated at `profile`.
 #[test]
 fn curved_gores_fold_with_little_strain() {
@@ -134,7 +172,7 @@ fn curved_gores_fold_with_little_strain() {
             (Fold::Pleated { radius: 0.5 }, 1e-3),
             (Fold::Coned { slope: 1.3 }, 1e-3),
             (Fold::Coned { slope: 1.0 }, 1e-3),
-            (Fold::Coned { slope: 0.5 }, 5e-2),
+            (Fold::Coned { slope: 0.5 }, 4e-3),
         ] {
             let mesh = &ring(&pattern, cell, of, fold)[0];
             println!("{name} {fold:?}: strain {:.3e}", strain(mesh));
