@@ -5,10 +5,10 @@ mod net_plans;
 
 use net_plans::{Draft, GRAVITY, Rows, Step, cord, fabric, point, run_to_end, run_with};
 use ripstop::backend::{Outcome, Value};
-use ripstop::geometry::sheet::{Lay, Mesh, Pattern, Placement, SheetRecipe};
+use ripstop::geometry::sheet::{Fold, Lay, Mesh, Pattern, Placement, SheetMesh, SheetRecipe, unfold};
 use ripstop::plan::{
-    CanopyAir, CordLaw, DomainId, EdgeRef, FabricLaw, Join, Kernel, Node, NodeSet, Op, OriginId, Plan, PointRef,
-    Pressure, Quantity, QuasiSteady, Reading, Recipe, Scheme, SeamLaw, Sink, Timing,
+    CanopyAir, CordLaw, DomainId, EdgeRef, FabricLaw, Join, Kernel, Node, NodeSet, Op, OriginId, Pass, PassId, Plan,
+    PointRef, Pressure, Quantity, QuasiSteady, Reading, Recipe, Scheme, SeamLaw, Sink, Timing,
 };
 
 const ALWAYS: Timing = Timing { at: 0.0, delay: 0.0, when: None, until: None };
@@ -28,6 +28,18 @@ fn drape(cells: u32, by: Step, step: f64, duration: f64) -> Plan {
     draft.finish()
 }
 
+/// Runs a plan's first two passes and then the given kernels, until the last of them has settled.
+fn append(plan: &mut Plan, kernels: Vec<Kernel>, step: f64, most_steps: u64) {
+    let model = plan.body.passes[0].clone();
+    let mut each: Vec<Node> = (0..2).map(|id| Node::Pass(PassId(id))).collect();
+    for kernel in kernels {
+        each.push(Node::Pass(PassId(plan.body.passes.len() as u32)));
+        plan.body.passes.push(Pass { kernel, ..model.clone() });
+    }
+    each.extend([Node::Commit, Node::Emit]);
+    plan.body.schedule = Node::Run { step, duration: None, most_steps, each: Box::new(Node::Seq(each)) };
+}
+
 #[test]
 fn a_sheet_has_the_same_bits_on_one_and_two_threads() {
     let schemes = [
@@ -44,26 +56,21 @@ fn a_sheet_has_the_same_bits_on_one_and_two_threads() {
     }
 }
 
-/// The rest of a drape: damped leapfrog, backward Euler at a hundred times its step, and Newton's statics.
+/// The rest of a drape: leapfrog with kinetic damping, backward Euler at a hundred times its step, and Newton's statics.
 #[test]
 fn implicit_steps_a_hundred_times_the_bound_find_the_explicit_drape() {
     let cells = 12;
     let lowest = |outcome: &Outcome| outcome.state.net.position.iter().map(|x| x.z).fold(0.0, f64::min);
     let step = 8e-5;
-    let slow = run_to_end(&drape(cells, Step::Leapfrog, step, 6.0), 1);
+    let mut settling = drape(cells, Step::Leapfrog, step, 1.0);
+    append(&mut settling, vec![Kernel::Kick, Kernel::Drift, Kernel::Settle { residual: 1e-4 }], step, 200_000);
+    let slow = run_to_end(&settling, 1);
     let fast = run_to_end(&drape(cells, Step::Whole(Scheme::BackwardEuler { residual: 1e-6 }), 100.0 * step, 6.0), 1);
     let mut at_rest = drape(cells, Step::Leapfrog, step, 1.0);
-    let node = ripstop::plan::PassId(at_rest.body.passes.len() as u32);
-    let model = at_rest.body.passes[0].clone();
-    at_rest.body.passes.push(ripstop::plan::Pass { kernel: Kernel::Equilibrium { residual: 1e-8 }, ..model });
-    let gravity_and_fix = [ripstop::plan::PassId(0), ripstop::plan::PassId(1)].map(Node::Pass);
-    let mut each = gravity_and_fix.to_vec();
-    each.extend([Node::Pass(node), Node::Commit, Node::Emit]);
-    let each = Box::new(Node::Seq(each));
-    at_rest.body.schedule = Node::Run { step: 1.0, duration: None, most_steps: 2000, each };
+    append(&mut at_rest, vec![Kernel::Equilibrium { residual: 1e-8 }], 1.0, 2000);
     let still = run_to_end(&at_rest, 1);
     println!(
-        "lowest: leapfrog {:.5} m ({} steps, {:.2} s wall), backward Euler {:.5} m ({} steps, {:.2} s), Newton {:.5} m ({} steps, {:.2} s)",
+        "lowest: kinetic damping {:.5} m ({} steps, {:.2} s wall), backward Euler {:.5} m ({} steps, {:.2} s), Newton {:.5} m ({} steps, {:.2} s)",
         lowest(&slow),
         slow.steps,
         slow.wall.total,
@@ -75,7 +82,7 @@ fn implicit_steps_a_hundred_times_the_bound_find_the_explicit_drape() {
         still.wall.total
     );
     assert!((lowest(&fast) / lowest(&still) - 1.0).abs() < 1e-3);
-    assert!((lowest(&slow) / lowest(&still) - 1.0).abs() < 2e-2);
+    assert!((lowest(&slow) / lowest(&still) - 1.0).abs() < 5e-3);
 }
 
 /// A square of cloth, its edges held, under pressure: the books close, and the middle rises.
@@ -224,7 +231,8 @@ fn cords_are_cut_hauled_and_broken_with_closed_books() {
     );
     let work = hauled.ledger.total().drives;
     println!("hauling took {work:.2} J of about {:.2} J", 10.0 * GRAVITY * 0.5);
-    assert!((hauled.state.net.position[0].z + 0.5).abs() < 0.02);
+    // It goes up at 1 m/s, and bounces on its cord.
+    assert!((hauled.state.net.position[0].z + 0.5).abs() < 0.1 && work > 10.0 * GRAVITY * 0.5);
     let broken = hung(Some(150.0), &|draft, line| draft.fix(line, vec![[0, 1]]), 0.3);
     assert_eq!(broken.state.net.gone.len(), 1);
     assert!(broken.ledger.total().breaking < 0.0);
@@ -273,4 +281,78 @@ fn a_weld_that_gapes_is_refused() {
     let refused = ripstop::backend::cpu::run(&plan, &Default::default(), options, &mut ripstop::backend::Silent);
     let Err(refusal) = refused else { panic!("a gaping weld ran") };
     assert!(refusal.message.contains("must lie on each other") && refusal.origin == Some(OriginId(0)), "{refusal:?}");
+}
+
+/// Eight gores in a ring, welded, with a line from every seam to one load: the mass is that of the pieces, and it
+/// falls with closed books.
+#[test]
+fn a_ring_of_gores_with_lines_carries_a_load() {
+    let (of, length, vent) = (8_u32, 2.0, 0.2);
+    let half = (std::f64::consts::PI / f64::from(of)).tan();
+    let mut draft = Draft::new();
+    let law = FabricLaw { damping: 0.1, ..fabric(3e4, 0.2, 0.05) };
+    let gore = |draft: &mut Draft, index: u32| {
+        let placement = Placement { origin: [0.0; 3], turn: [0.0, 0.0, 0.0, 1.0] };
+        let stations = vec![[0.0, vent * half], [length, (vent + length) * half]];
+        let pattern = Pattern::Gore { length, stations };
+        let lay = Lay::Ring { index, of, height: 5.0, fold: Fold::Coned { slope: 0.5 } };
+        let mesh = SheetRecipe { pattern, mesh: Mesh::Triangles, cell: 0.35, grain: 0.0, lay, placement };
+        let name = format!("canopy.gore {index}");
+        draft.domain(&name, Recipe::Sheet { mesh, law: law.clone(), velocity: [0.0; 3] }, 512)
+    };
+    let gores: Vec<DomainId> = (0..of).map(|index| gore(&mut draft, index)).collect();
+    let meshes: Vec<SheetMesh> = gores
+        .iter()
+        .map(|id| match &draft.body.domains[id.0 as usize].recipe {
+            Recipe::Sheet { mesh, .. } => unfold(mesh).expect("a gore meshes"),
+            _ => SheetMesh::default(),
+        })
+        .collect();
+    let end = |mesh: &SheetMesh, edge: &str| *mesh.edges[edge].last().expect("an edge has nodes");
+    let place = |mesh: &SheetMesh, edge: &str| mesh.position[end(mesh, edge) as usize];
+    // Which side meets the next gore.
+    let meets = place(&meshes[0], "right").distance(place(&meshes[1], "left")) < 1e-6;
+    let [own, next] = if meets { ["right", "left"] } else { ["left", "right"] };
+    let load = draft.points(vec![point([0.0; 3], [0.0; 3], 20.0)]);
+    for index in 0..of as usize {
+        let after = (index + 1) % of as usize;
+        let edge = |domain: DomainId, edge: &str| EdgeRef { domain, edge: edge.into() };
+        let edges = [edge(gores[index], own), edge(gores[after], next)];
+        let tape = Some(CordLaw { damping: 0.1, ..cord(5e4, 0.01) });
+        draft.body.joins.push(Join::Weld { name: format!("seam {index}"), edges, tape, origin: OriginId(0) });
+        let foot = place(&meshes[index], own);
+        let law = CordLaw { tension_only: true, damping: 0.1, ..cord(5e4, 0.01) };
+        let line = draft.line(&format!("canopy.line {index}"), law, vec![foot.to_array(), [0.0; 3]], foot.length(), 6);
+        draft.tie(line, 0, PointRef::Node { domain: gores[index], node: end(&meshes[index], own) });
+        draft.tie(line, 6, PointRef::Node { domain: load, node: 0 });
+    }
+    let air = QuasiSteady {
+        density: 1.225,
+        wind: None,
+        canopies: vec![CanopyAir {
+            name: "canopy".into(),
+            sheets: gores.clone(),
+            drag_area: 9.0,
+            first_share: 0.05,
+            diameter: 4.4,
+            filling: 8.0,
+            exponent: 2.0,
+            origin: OriginId(0),
+        }],
+        bodies: Vec::new(),
+    };
+    let passes = vec![draft.gravity(), draft.pass(Kernel::QuasiSteady(air))];
+    for quantity in [Quantity::ProjectedArea, Quantity::Axis, Quantity::Confluence, Quantity::DragArea] {
+        probe(&mut draft, "canopy", quantity, 0.1);
+    }
+    draft.steps(Step::Leapfrog, passes, 2e-5, 0.5);
+    let mut rows = Rows::default();
+    let outcome = run_with(&draft.finish(), 2, None, &mut rows);
+    let last = &rows.0[rows.0.len() - 4..];
+    println!("area, axis, confluence, drag area {last:?}, closure {:.1e}", outcome.ledger.closure());
+    assert!(outcome.ledger.closure() < 1e-3);
+    let Value::Vector(axis) = last[1].1 else { panic!("an axis is a vector") };
+    assert!(axis.z > 0.99, "{axis}");
+    let Value::Number(area) = last[0].1 else { panic!("an area is a number") };
+    assert!(area > 2.0 && area < 16.0, "{area}");
 }

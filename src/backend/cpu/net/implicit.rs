@@ -137,11 +137,11 @@ impl Engine<'_> {
     /// r = F(x, v) − M(v − b)/γ at `from + share·step`.
     fn stage_residual(&mut self, newton: &mut Newton, stage: &Stage<'_>, start: &[DVec3], held: &[DVec3], share: f64) {
         let net = &mut self.net.net;
-        for i in 0..start.len() {
+        for (i, held) in held.iter().enumerate() {
             let free = newton.is_free(i);
             net.position[i] = newton.from[i] + newton.step[i] * share;
             let velocity = (net.position[i] - stage.a[i]) / stage.gamma;
-            net.velocity[i] = velocity * free + held[i] * (DVec3::ONE - free);
+            net.velocity[i] = velocity * free + *held * (DVec3::ONE - free);
         }
         self.net.room.known = false;
         self.whole_forces();
