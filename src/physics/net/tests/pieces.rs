@@ -221,3 +221,32 @@ fn the_cap_holds_and_its_work_is_what_the_springs_lost() {
     // Only the held node's partner moved the middle of mass.
     assert!(corrected.moved.x < 0.0 && (corrected.moved.x + 0.5 * 0.015).abs() < 2e-3, "{corrected:?}");
 }
+
+#[test]
+fn a_narrow_order_keeps_halos_small() {
+    let mut mesh = sheet(60, 50, 0.1, 0.2);
+    let count = mesh.material.len();
+    let law = fabric(ISOTROPIC);
+    let build = |mesh: &SheetMesh, node_of: &[u32]| {
+        let mut builder = Elements::builder(count);
+        builder.add_sheet(PartId(0), mesh, node_of, &law);
+        builder.finish(256)
+    };
+    // A mesher that numbers nodes anyhow.
+    let mut draw = Draw(9);
+    let mut anyhow: Vec<u32> = (0..count as u32).collect();
+    (1..count).rev().for_each(|k| anyhow.swap(k, ((draw.next() + 1.0) * 0.5 * (k + 1) as f64) as usize));
+    mesh.triangles.iter_mut().flatten().for_each(|node| *node = anyhow[*node as usize]);
+    let mut material = mesh.material.clone();
+    (0..count).for_each(|n| material[anyhow[n] as usize] = mesh.material[n]);
+    mesh.material = material;
+    let same: Vec<u32> = (0..count as u32).collect();
+    let shuffled = build(&mesh, &same);
+    let number = narrow_order(count, &shuffled.pattern());
+    let mut sorted = number.clone();
+    sorted.sort_unstable();
+    assert_eq!(sorted, same);
+    let narrow = build(&mesh, &number);
+    assert!(shuffled.halo_share() > 2.0, "{}", shuffled.halo_share());
+    assert!(narrow.halo_share() < 0.6, "{}", narrow.halo_share());
+}
