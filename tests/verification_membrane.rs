@@ -193,5 +193,5 @@ fn leapfrog_is_stable_under_the_bound_and_keeps_energy() {
     println!("energy swings by {:.2e} and {:.2e}", swing(&first), swing(&finer));
     assert!(swing(&finer) < 0.2 * swing(&first), "{} after {}", swing(&finer), swing(&first));
     let wild = energies(2.0, &mut elements);
-    assert!(!(wild[3999] < 10.0 * first[0]), "a step twice the bound should not hold");
+    assert!(wild[3999].is_nan() || wild[3999] > 10.0 * first[0], "a step twice the bound should not hold");
 }

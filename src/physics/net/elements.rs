@@ -91,6 +91,10 @@ impl Elements {
         elements
     }
 
+    pub(super) fn blocks(&self) -> &[Block] {
+        &self.blocks
+    }
+
     /// Nodes of the net.
     pub fn nodes(&self) -> usize {
         self.nodes

@@ -15,6 +15,7 @@ mod fours;
 mod grid;
 mod loads;
 pub mod membrane;
+mod order;
 mod sets;
 mod strip;
 mod sweep;
@@ -26,6 +27,7 @@ pub use bound::{Bound, line_bound, line_mass, lumped_mass, sheet_bound};
 pub use build::Builder;
 pub use elements::{Elements, KickView, Kicked};
 pub use epochs::Corrected;
+pub use order::narrow_order;
 pub use strip::{Strip, strip_bound};
 
 use glam::DVec3;
