@@ -540,10 +540,21 @@ impl Maker<'_> {
         }
     }
 
+    /// Traffic of a step over all nodes: a pass of one domain counts for that domain's.
+    fn bytes_per_node(&self, nodes: u64) -> f64 {
+        let share = |pass: &Pass| match pass.kernel {
+            Kernel::Membrane { domain } | Kernel::Bending { domain } | Kernel::Cord { domain } => {
+                f64::from(self.body.domains[domain.0 as usize].nodes) / nodes.max(1) as f64
+            }
+            _ => 1.0,
+        };
+        self.body.passes.iter().map(|pass| pass.cost.bytes * share(pass)).sum()
+    }
+
     fn advise(&mut self, steps: u64) {
         let yarns: u64 = self.unfolded.iter().map(|unfolded| unfolded.positions.len() as u64).sum();
         let nodes = yarns + self.pieces.iter().map(|piece| piece.positions().len() as u64).sum::<u64>();
-        let cost: f64 = self.body.passes.iter().map(|pass| pass.cost.bytes).sum();
+        let cost = self.bytes_per_node(nodes);
         self.advice.nodes = nodes;
         self.advice.steps = steps;
         // Eleven doubles of state a node and about as much again for contact.
