@@ -28,7 +28,9 @@ const ENERGY: f64 = 20.0;
 /// Estimated wall time of a run on [`CLASS`], s: what each node costs at each step, what each step costs, what is drawn.
 pub fn seconds(body: &Body, nodes: u64, steps: u64, duration: Option<f64>) -> f64 {
     let flattens = body.domains.iter().flat_map(|domain| domain.recipe.laws()).any(|law| law.flattening.is_some());
-    let kernels: f64 = body.passes.iter().map(|pass| nanoseconds(&pass.kernel, flattens)).sum();
+    let share = |kernel: &Kernel| share(body, kernel, nodes);
+    let kernels: f64 =
+        body.passes.iter().map(|pass| nanoseconds(&pass.kernel, flattens) * share(&pass.kernel)).sum();
     let reads = |quantity: Quantity| {
         let read = |op: &Op| matches!(op, Op::Read(reading) if reading.quantity == quantity);
         f64::from(u8::from(body.tapes.iter().flat_map(|tape| &tape.ops).any(read)))
@@ -48,6 +50,16 @@ pub fn seconds(body: &Body, nodes: u64, steps: u64, duration: Option<f64>) -> f6
         })
         .sum();
     (stepping + written) / TWO_CORES + steps as f64 * PER_STEP
+}
+
+/// How many of all nodes a kernel works on: one of a sheet or a line counts for that part alone.
+fn share(body: &Body, kernel: &Kernel, nodes: u64) -> f64 {
+    match kernel {
+        Kernel::Membrane { domain } | Kernel::Bending { domain } | Kernel::Cord { domain } => {
+            f64::from(body.domains[domain.0 as usize].nodes) / nodes.max(1) as f64
+        }
+        _ => 1.0,
+    }
 }
 
 /// Core time of a kernel, ns a node and step.
