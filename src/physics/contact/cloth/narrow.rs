@@ -161,6 +161,7 @@ pub(super) fn measure(
 impl Place<'_> {
     fn within_reach(&self, pair: &Pair, distance: f64) -> bool {
         let gap = distance - pair.thickness;
-        gap <= self.floor || gap <= self.floor + closing(pair.is_face, pair.nodes.map(|n| self.h * self.velocity[n as usize]))
+        gap <= self.floor
+            || gap <= self.floor + closing(pair.is_face, pair.nodes.map(|n| self.h * self.velocity[n as usize]))
     }
 }

@@ -150,7 +150,8 @@ fn body_pair(scene: &Scene<'_>, pair: &BodyPair, hits: &mut Hits) {
     let mut row = body_row(key, pair, element, near.weights, &pose, near.near.normal, 0.0, then);
     // The arm as it lies at the start; the touching point of the body, carried back, tells how far apart they were.
     let place: DVec3 = (0..3).map(|k| start[k] * near.weights[k]).sum();
-    let touched: DVec3 = (0..3).map(|k| then[k] * near.weights[k]).sum::<DVec3>() - near.near.distance * near.near.normal;
+    let touched: DVec3 =
+        (0..3).map(|k| then[k] * near.weights[k]).sum::<DVec3>() - near.near.distance * near.near.normal;
     let apart = (place - course.start.place(touched)).dot(row.normal);
     row.arms[1] = place - course.start.position;
     row.gap = allowed(apart, thickness);

@@ -35,7 +35,7 @@ pub(super) struct Scene<'a> {
 }
 
 /// An edge or a face has a row of its own where it is nearer than its corners by this share of the thickness.
-const DEEPER: f64 = 1e-3;
+const DEEPER: f64 = 0.05;
 
 impl Scene<'_> {
     /// Elements of one part that can meet the body within the step.
@@ -111,7 +111,16 @@ impl Scene<'_> {
         let sides = near.sides.iter().map(|s| s.distance).fold(f64::INFINITY, f64::min);
         if near.inside && near.near.distance < sides - deeper {
             let key = Key::new(Key::ELEMENT_BODY, pair.element, pair.body);
-            out.push(body_row(key, pair, element, near.weights, pose, near.near.normal, near.near.distance - thickness, x));
+            out.push(body_row(
+                key,
+                pair,
+                element,
+                near.weights,
+                pose,
+                near.near.normal,
+                near.near.distance - thickness,
+                x,
+            ));
         }
     }
 }

@@ -86,7 +86,13 @@ impl Tree {
         let mut extent = Aabb::NOTHING;
         middles.iter().for_each(|m| extent.add(m.0));
         let size = extent.high - extent.low;
-        let axis = if size.x >= size.y && size.x >= size.z { 0 } else if size.y >= size.z { 1 } else { 2 };
+        let axis = if size.x >= size.y && size.x >= size.z {
+            0
+        } else if size.y >= size.z {
+            1
+        } else {
+            2
+        };
         let half = count / 2;
         middles.select_nth_unstable_by(half, |p, q| p.0[axis].total_cmp(&q.0[axis]).then(p.1.cmp(&q.1)));
         let (left, right) = middles.split_at_mut(half);

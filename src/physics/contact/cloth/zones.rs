@@ -214,14 +214,7 @@ fn outer(r: DVec3) -> DMat3 {
 }
 
 /// Where a body will be after a step of `h` s with this velocity and spin.
-pub(super) fn course(
-    pose: Pose,
-    velocity: DVec3,
-    spin: DVec3,
-    inverse_inertia: DVec3,
-    radius: f64,
-    h: f64,
-) -> Course {
+pub(super) fn course(pose: Pose, velocity: DVec3, spin: DVec3, inverse_inertia: DVec3, radius: f64, h: f64) -> Course {
     let (turn, _) = crate::physics::rigid::turn_freely(pose.turn, spin, inverse_inertia, h);
     let mut by = turn * pose.turn.inverse();
     if by.w < 0.0 {
