@@ -11,7 +11,16 @@ use ripstop::physics::contact::cloth::*;
 fn report(name: &str, w: &World) {
     println!(
         "{name}: steps {} refusals {} zones {} crossings {} deepest in a body {:.3e} overlap {:.3e} gain {:.1e} rows {} rounds {} sweeps {}",
-        w.steps, w.refusals, w.zones, w.crossings, w.deepest_in_body, w.most_overlap, w.worst_gain, w.last.rows, w.last.rounds, w.last.sweeps
+        w.steps,
+        w.refusals,
+        w.zones,
+        w.crossings,
+        w.deepest_in_body,
+        w.most_overlap,
+        w.worst_gain,
+        w.last.rows,
+        w.last.rounds,
+        w.last.sweeps
     );
 }
 
@@ -157,7 +166,14 @@ fn friction_holds_and_lets_go_at_its_angle() {
             let up = turn * DVec3::Z;
             match kind {
                 0 => drop(w.sheet(4, 0.02, 1e-3, 0.2, 20.0, |x| turn * (x + DVec3::Z * 1e-3))),
-                1 => drop(w.string(8, turn * DVec3::new(-0.05, 0.01, 1e-3), turn * DVec3::new(0.05, 0.0, 1e-3), 1e-3, 5e-3, 100.0)),
+                1 => drop(w.string(
+                    8,
+                    turn * DVec3::new(-0.05, 0.01, 1e-3),
+                    turn * DVec3::new(0.05, 0.0, 1e-3),
+                    1e-3,
+                    5e-3,
+                    100.0,
+                )),
                 _ => {}
             }
             w.body(Solid::Box { half: DVec3::new(0.5, 0.5, 0.05) }, 0.0, up * -0.05, turn, DVec3::ZERO);
@@ -235,11 +251,20 @@ fn a_box_comes_to_rest_on_a_box() {
     let mut w = world();
     let half = DVec3::new(0.1, 0.08, 0.05);
     w.body(Solid::Box { half }, 0.0, DVec3::ZERO, DQuat::IDENTITY, DVec3::ZERO);
-    w.body(Solid::Box { half: 0.5 * half }, 1.0, DVec3::new(0.02, 0.01, 0.12), DQuat::from_rotation_x(0.3), DVec3::ZERO);
+    w.body(
+        Solid::Box { half: 0.5 * half },
+        1.0,
+        DVec3::new(0.02, 0.01, 0.12),
+        DQuat::from_rotation_x(0.3),
+        DVec3::ZERO,
+    );
     w.settings.margin = 1e-5;
     w.touch_all(0.0, 0.4, 0.4);
     (0..800).for_each(|_| w.step(1e-3));
-    println!("at {} v {} spin {} gain {:e}", w.bodies.position[1], w.bodies.velocity[1], w.bodies.spin[1], w.worst_gain);
+    println!(
+        "at {} v {} spin {} gain {:e}",
+        w.bodies.position[1], w.bodies.velocity[1], w.bodies.spin[1], w.worst_gain
+    );
     assert!((w.bodies.position[1].z - 0.075).abs() < 5e-4, "{}", w.bodies.position[1]);
     assert!(w.bodies.velocity[1].length() < 1e-3 && w.bodies.spin[1].length() < 1e-2);
     assert!(w.worst_gain < 1e-9);

@@ -69,7 +69,15 @@ pub fn world() -> World {
 
 impl World {
     /// A square sheet of `n` × `n` cells; `at` puts its material places (m) into the scene. Returns its first node.
-    pub fn sheet(&mut self, n: usize, cell: f64, half: f64, areal: f64, stiffness: f64, at: impl Fn(DVec3) -> DVec3) -> usize {
+    pub fn sheet(
+        &mut self,
+        n: usize,
+        cell: f64,
+        half: f64,
+        areal: f64,
+        stiffness: f64,
+        at: impl Fn(DVec3) -> DVec3,
+    ) -> usize {
         self.sheet_of([n, n], cell, half, areal, stiffness, at)
     }
 
@@ -104,7 +112,8 @@ impl World {
         self.parts.push(part);
         for j in 0..=ny {
             for i in 0..=nx {
-                for (di, dj, share) in [(1, 0, 1.0), (0, 1, 1.0), (1, 1, 0.3), (-1, 1, 0.3), (2, 0, 0.02), (0, 2, 0.02)] {
+                for (di, dj, share) in [(1, 0, 1.0), (0, 1, 1.0), (1, 1, 0.3), (-1, 1, 0.3), (2, 0, 0.02), (0, 2, 0.02)]
+                {
                     let (k, l) = (i as isize + di, (j + dj) as isize);
                     if k >= 0 && k <= nx as isize && l <= ny as isize {
                         self.spring(id(i, j), id(k as usize, l as usize), share * stiffness);
@@ -203,7 +212,11 @@ impl World {
             .filter(|&k| b.inverse_mass[k] > 0.0)
             .map(|k| {
                 let spin = b.turn[k].inverse() * b.spin[k];
-                let turning = if b.inverse_inertia[k].min_element() > 0.0 { (spin * spin / b.inverse_inertia[k]).element_sum() } else { 0.0 };
+                let turning = if b.inverse_inertia[k].min_element() > 0.0 {
+                    (spin * spin / b.inverse_inertia[k]).element_sum()
+                } else {
+                    0.0
+                };
                 0.5 * (b.velocity[k].length_squared() / b.inverse_mass[k] + turning)
             })
             .sum();
@@ -213,7 +226,8 @@ impl World {
     pub fn momentum(&self) -> DVec3 {
         let nodes: DVec3 = self.velocity.iter().zip(&self.mass).map(|(v, m)| *v * *m).sum();
         let b = &self.bodies;
-        let bodies = (0..b.position.len()).filter(|&k| b.inverse_mass[k] > 0.0).map(|k| b.velocity[k] / b.inverse_mass[k]);
+        let bodies =
+            (0..b.position.len()).filter(|&k| b.inverse_mass[k] > 0.0).map(|k| b.velocity[k] / b.inverse_mass[k]);
         nodes + bodies.sum::<DVec3>()
     }
 
@@ -248,8 +262,13 @@ impl World {
             }
             let parting: f64 = stats.rules.iter().map(|r| r.parting).sum();
             self.worst_gain = self.worst_gain.max((self.kinetic() - before - parting) / before.max(1e-300));
-            if std::env::var_os("WATCH").is_some() && (stats.deepest > 1.1 * self.most_overlap || stats.sweeps >= self.settings.sweeps || stats.rounds > 1) {
-                println!("step {} overlap {:.2e} sweeps {} unresolved {:.1e} rows {} rounds {}", self.steps, stats.deepest, stats.sweeps, stats.unresolved, stats.rows, stats.rounds);
+            if std::env::var_os("WATCH").is_some()
+                && (stats.deepest > 1.1 * self.most_overlap || stats.sweeps >= self.settings.sweeps || stats.rounds > 1)
+            {
+                println!(
+                    "step {} overlap {:.2e} sweeps {} unresolved {:.1e} rows {} rounds {}",
+                    self.steps, stats.deepest, stats.sweeps, stats.unresolved, stats.rows, stats.rounds
+                );
             }
             self.most_overlap = self.most_overlap.max(stats.deepest);
             self.zones += stats.zones;
@@ -270,7 +289,8 @@ impl World {
         let b = &mut self.bodies;
         for k in 0..b.position.len() {
             b.position[k] += h * b.velocity[k];
-            (b.turn[k], b.spin[k]) = ripstop::physics::rigid::turn_freely(b.turn[k], b.spin[k], b.inverse_inertia[k], h);
+            (b.turn[k], b.spin[k]) =
+                ripstop::physics::rigid::turn_freely(b.turn[k], b.spin[k], b.inverse_inertia[k], h);
         }
         if self.oracle {
             self.crossings += crossings(&self.parts, &from, &self.position);

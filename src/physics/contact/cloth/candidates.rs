@@ -37,9 +37,11 @@ pub(super) struct Candidates {
     pub pairs: Vec<Pair>,
     pub reference: Reference,
     leaves: Vec<LeafPair>,
+    /// Of every element, grown by its thickness and the radius of its nodes.
+    boxes: Vec<Aabb>,
     stack: Vec<[u32; 2]>,
     found: Vec<Vec<Pair>>,
-    contours: super::cull::Contours,
+    pub(super) contours: super::cull::Contours,
 }
 
 /// Leaves of two parts whose boxes meet.
@@ -99,8 +101,11 @@ impl Candidates {
 
     /// Makes the lists at the reference.
     pub fn seek(&mut self, features: &Features, laws: &Laws, parallel: bool) {
-        let Self { trees, reference, leaves, stack, contours, .. } = self;
-        let grown = |e: u32| element_box(features, reference, e);
+        let Self { trees, reference, leaves, stack, contours, boxes, .. } = self;
+        let count = features.elements.len() as u32;
+        boxes.clear();
+        boxes.extend((0..count).map(|e| element_box(features, reference, e)));
+        let grown = |e: u32| boxes[e as usize];
         if parallel {
             trees.par_iter_mut().for_each(|tree| tree.refit(grown));
         } else {
@@ -115,7 +120,7 @@ impl Candidates {
                 let tree = &trees[p as usize];
                 if p == q {
                     contours.watch(features, tree, p, reference);
-                    tree.self_pairs(stack, |a, b| contours.clear(features, tree, p, [a, b], reference), found);
+                    tree.self_pairs(stack, |a, b| contours.clear(features, p, [a, b], reference), found);
                 } else {
                     tree.pairs(&trees[q as usize], stack, found);
                 }
@@ -125,7 +130,7 @@ impl Candidates {
     }
 
     fn list(&mut self, features: &Features, parallel: bool) {
-        let Self { trees, reference, leaves, found, pairs, .. } = self;
+        let Self { trees, reference, leaves, found, pairs, boxes, .. } = self;
         let tasks = leaves.len().div_ceil(BATCH);
         if found.len() < tasks {
             found.resize_with(tasks, Vec::new);
@@ -138,7 +143,9 @@ impl Candidates {
                 for (k, &e) in a.iter().enumerate() {
                     let with = if same { &b[k + 1..] } else { b };
                     for &f in with {
-                        Seeker { features, reference, rule: leaf.rule, found }.elements(e, f);
+                        if boxes[e as usize].meets(&boxes[f as usize]) {
+                            Seeker { features, reference, rule: leaf.rule, found }.elements(e, f);
+                        }
                     }
                 }
             }
@@ -175,10 +182,6 @@ struct Seeker<'a> {
 impl Seeker<'_> {
     /// The feature pairs that these two elements own: up to 6 of vertices with faces and 9 of edges.
     fn elements(&mut self, e: u32, f: u32) {
-        let boxes = [e, f].map(|k| element_box(self.features, self.reference, k));
-        if !boxes[0].meets(&boxes[1]) {
-            return;
-        }
         let features = self.features;
         let [a, b] = [e, f].map(|k| &features.elements[k as usize]);
         let sum = features.half_thickness[a.part as usize] + features.half_thickness[b.part as usize];
@@ -204,7 +207,14 @@ impl Seeker<'_> {
         let nodes = [v, a, b, c];
         let distance = |[v, a, b, c]: [DVec3; 4]| closest_on_triangle(v, [a, b, c]).delta.length();
         let place = nodes.map(|n| self.reference.position[n as usize]);
-        if distance(place) <= sum + self.room([v, v], [a, b, c]) {
+        let limit = sum + self.room([v, v], [a, b, c]);
+        // The distance from a ball around the face first: most candidates leave by it.
+        let middle = (place[1] + place[2] + place[3]) / 3.0;
+        let far = place[1..].iter().map(|x| (*x - middle).length_squared()).fold(0.0, f64::max);
+        if (place[0] - middle).length_squared() > 2.0 * (far + limit * limit) {
+            return;
+        }
+        if distance(place) <= limit {
             let thickness = self.thickness(nodes, part == face.part, sum, distance);
             self.found.push(Pair { nodes, is_face: true, features: [v, id], rule: self.rule, thickness });
         }
@@ -219,7 +229,14 @@ impl Seeker<'_> {
         let nodes = [a, b, c, d];
         let distance = |[a, b, c, d]: [DVec3; 4]| closest_on_segments(a, b, c, d).delta.length();
         let place = nodes.map(|n| self.reference.position[n as usize]);
-        if distance(place) <= sum + self.room([a, b], [c, d, d]) {
+        let limit = sum + self.room([a, b], [c, d, d]);
+        let middles = 0.5 * ((place[0] + place[1]) - (place[2] + place[3]));
+        let halves = 0.25 * ((place[1] - place[0]).length_squared() + (place[3] - place[2]).length_squared());
+        // (p + q + r)² ≤ 3·(p² + q² + r²): no root is drawn.
+        if middles.length_squared() > 3.0 * (halves + limit * limit) {
+            return;
+        }
+        if distance(place) <= limit {
             let thickness = self.thickness(nodes, same_part, sum, distance);
             self.found.push(Pair { nodes, is_face: false, features, rule: self.rule, thickness });
         }

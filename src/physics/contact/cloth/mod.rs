@@ -29,8 +29,8 @@ pub use stats::{ClothContactStats, ClothSeconds, Refused};
 
 use candidates::Candidates;
 use law::Laws;
-use response::Islands;
 use pairs::{BodyMeet, Skeleton};
+use response::Islands;
 use rows::{Key, Rigid, Row};
 use shapes::Course;
 use sweep::{Hit, Hits};
@@ -168,6 +168,10 @@ impl ClothContact {
         bodies: &mut Bodies,
         pool: Option<&rayon::ThreadPool>,
     ) -> ClothContactStats {
+        if self.laws.rules.is_empty() {
+            let body_impulse = vec![[DVec3::ZERO; 2]; bodies.position.len()];
+            return ClothContactStats { body_impulse, ..ClothContactStats::default() };
+        }
         let net = step::Net { h, position, approach, inverse_mass };
         match pool {
             Some(pool) if pool.current_num_threads() > 1 => pool.install(|| self.step(net, velocity, bodies, true)),
