@@ -143,7 +143,7 @@ pub struct Timings {
     pub groups: Vec<(&'static str, f64)>,
 }
 
-/// Broken yarns and segments of one chain domain.
+/// Broken yarns and segments of one chain domain, or of a line that is cut or broken (one yarn).
 #[derive(Clone, Debug)]
 pub struct Broken {
     pub part: String,

@@ -107,6 +107,10 @@ pub fn actions(engine: &Engine<'_>) -> Result<Vec<Action>, Refusal> {
             } else if engine.body_part.domain.is_some_and(|domain| domain.0 == set.domain) {
                 bodies.extend(all);
             } else if let Some(part) = engine.net.part_of_domain(set.domain) {
+                if matches!(kind, ActionKind::EndTension(..)) {
+                    let message = format!("`{}` pulls yarn ends outward; what it pulls here has no yarns", pass.name);
+                    return Err(Refusal::new(message, Some(pass.origin)));
+                }
                 for node in all {
                     net.push(engine.net.held_node(part, node, pass)?);
                 }

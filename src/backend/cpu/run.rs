@@ -299,7 +299,7 @@ impl<'e, 'p, 'o> Runner<'e, 'p, 'o> {
             },
             ledger: engine.ledger.clone(),
             contact: engine.contact_totals.clone(),
-            broken: (0..engine.parts.len()).map(broken).collect(),
+            broken: (0..engine.parts.len()).map(broken).chain(engine.net.broken_lines()).collect(),
             bodies: names.into_iter().enumerate().map(body).collect(),
             checks,
             penetrations: self.verify.is_some().then_some(engine.penetrations),

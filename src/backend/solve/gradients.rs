@@ -68,10 +68,8 @@ impl Gradients {
                 return iteration > 0 && !curvature.is_nan();
             }
             let share = size / curvature;
-            for i in 0..x.len() {
-                x[i] += self.along[i] * share;
-                self.residual[i] -= self.product[i] * share;
-            }
+            x.iter_mut().zip(&self.along).for_each(|(x, along)| *x += *along * share);
+            self.residual.iter_mut().zip(&self.product).for_each(|(left, product)| *left -= *product * share);
             self.ease();
             let next = dot(&self.residual, &self.eased);
             if next <= tolerance * tolerance * first {

@@ -60,7 +60,9 @@ pub fn sheet_bound(mesh: &SheetMesh, law: &FabricLaw) -> Bound {
         bound.relaxation = springs_relaxation(mesh, law, &groups);
     }
     let bending = match law.bending {
-        Some(BendingLaw::Hinge { weft, warp }) => form_squared(&bending::form(mesh, weft, warp), &mass),
+        Some(BendingLaw::Hinge { weft, warp }) => {
+            form_squared(&bending::entries(&bending::patches(mesh), bending::rigidity(weft, warp)), &mass)
+        }
         Some(BendingLaw::OppositeSprings { .. }) | None => (0.0, 0),
     };
     let stretching = bound.omega * bound.omega;

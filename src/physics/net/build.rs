@@ -62,7 +62,10 @@ impl Builder {
         self.sets.triangles.push(set);
         self.add_springs(part, mesh, node_of, law);
         if let Some(BendingLaw::Hinge { weft, warp }) = law.bending {
-            self.add_form(part, bending::form(mesh, weft, warp), node_of);
+            let mut patches = bending::patches(mesh);
+            let nodes = patches.iter_mut().flat_map(|patch| &mut patch.weights);
+            nodes.for_each(|(node, _)| *node = node_of[*node as usize]);
+            self.sets.forms.push(FormSet::new(part, patches, bending::rigidity(weft, warp)));
         }
     }
 
@@ -89,26 +92,6 @@ impl Builder {
                 cap,
                 line: false,
             });
-        }
-    }
-
-    /// Entries in mesh nodes, rising; nodes of the net that two of the mesh share have one row.
-    fn add_form(&mut self, part: PartId, entries: Vec<(u32, u32, f64)>, node_of: &[u32]) {
-        let net = |(i, j, k): (u32, u32, f64)| (node_of[i as usize], node_of[j as usize], k);
-        let mut entries: Vec<(u32, u32, f64)> = entries.into_iter().map(net).filter(|(i, j, _)| i != j).collect();
-        entries.sort_by_key(|(i, j, _)| (*i, *j));
-        let mut set = FormSet { part, rows: vec![], first: vec![], columns: vec![], weight: vec![] };
-        for (i, j, k) in entries {
-            if set.rows.last() != Some(&i) {
-                set.rows.push(i);
-                set.first.push(set.columns.len() as u32);
-            }
-            set.columns.push(j);
-            set.weight.push(k);
-        }
-        set.first.push(set.columns.len() as u32);
-        if !set.rows.is_empty() {
-            self.sets.forms.push(set);
         }
     }
 

@@ -40,6 +40,10 @@ impl Elements {
             retain(&mut set.springs, &keep);
             retain(&mut set.relaxation, &keep);
         }
+        for set in self.sets.forms.iter_mut().filter(|set| set.part == part) {
+            set.patches.retain(|patch| patch.weights.iter().all(|(n, _)| *n != node));
+            set.sum_up();
+        }
         for set in self.sets.strips.iter_mut().filter(|set| set.part == part) {
             let keep: Vec<bool> = set.nodes.iter().map(|nodes| !nodes.contains(&node)).collect();
             retain(&mut set.nodes, &keep);

@@ -2,6 +2,7 @@
 
 use super::PartId;
 use super::bar::{Bar, Way};
+use super::bending::{self, Patch};
 use super::membrane::Springs;
 use super::strip::Hold;
 
@@ -65,6 +66,35 @@ pub struct FormSet {
     pub columns: Vec<u32>,
     /// Kᵢⱼ, N/m.
     pub weight: Vec<f64>,
+    /// What it is the sum of, in net nodes.
+    pub patches: Vec<Patch>,
+    pub rigidity: [f64; 3],
+}
+
+impl FormSet {
+    pub fn new(part: PartId, patches: Vec<Patch>, rigidity: [f64; 3]) -> FormSet {
+        let (rows, first, columns, weight) = Default::default();
+        let mut set = FormSet { part, rows, first, columns, weight, patches, rigidity };
+        set.sum_up();
+        set
+    }
+
+    /// After the patches changed.
+    pub fn sum_up(&mut self) {
+        self.rows.clear();
+        self.first.clear();
+        self.columns.clear();
+        self.weight.clear();
+        for (i, j, k) in bending::entries(&self.patches, self.rigidity) {
+            if self.rows.last() != Some(&i) {
+                self.rows.push(i);
+                self.first.push(self.columns.len() as u32);
+            }
+            self.columns.push(j);
+            self.weight.push(k);
+        }
+        self.first.push(self.columns.len() as u32);
+    }
 }
 
 impl BarSet {

@@ -264,7 +264,7 @@ fn a_rigid_turn_stores_nothing() {
         case.x = mesh.position.iter().map(|x| turn * *x + DVec3::new(5.0, -2.0, 9.0)).collect();
         let mut parts = [PartSums::default(); 3];
         case.elements.forces(&case.x, &case.v, &mut vec![DVec3::ZERO; case.x.len()], &mut parts);
-        assert!(parts[0].stored < 1e-20 && parts[0].largest_strain.abs() < 1e-12, "{:?}", parts[0]);
+        assert!(parts[0].stored < 1e-12 && parts[0].largest_strain.abs() < 1e-12, "{:?}", parts[0]);
     }
 }
 
@@ -348,7 +348,7 @@ fn rolled(mesh: &SheetMesh, curvature: f64, turn: f64) -> Vec<DVec3> {
 
 /// Energy over ½D(κ₁₁², 2κ₁₂², κ₂₂²) on the area.
 fn bending_share(mesh: &SheetMesh, [weft, warp]: [f64; 2], curvature: f64, turn: f64) -> f64 {
-    let entries = bending::form(mesh, weft, warp);
+    let entries = bending::entries(&bending::patches(mesh), bending::rigidity(weft, warp));
     let x = rolled(mesh, curvature, turn);
     let of = |(i, j, k): &(u32, u32, f64)| -0.25 * k * (x[*i as usize] - x[*j as usize]).length_squared();
     let stored: f64 = entries.iter().map(of).sum();
@@ -370,6 +370,24 @@ fn a_cylinder_stores_its_rigidity_whichever_way_it_lies() {
             }
         }
     }
+}
+
+#[test]
+fn constant_moments_leave_inner_nodes_alone() {
+    let mesh = sheet(8, 7, 0.1, 0.25);
+    let entries = bending::entries(&bending::patches(&mesh), bending::rigidity(1e-3, 4e-3));
+    let height = |i: u32| {
+        let m = mesh.material[i as usize];
+        m.x * m.x - 0.6 * m.x * m.y + 0.3 * m.y * m.y
+    };
+    let mut force = vec![0.0; mesh.material.len()];
+    entries.iter().for_each(|(i, j, k)| force[*i as usize] -= k * (height(*j) - height(*i)));
+    let inner = |m: &DVec2| m.x > 0.25 && m.y > 0.25 && m.x < 0.55 && m.y < 0.45;
+    let of = |wanted: bool| {
+        let each = mesh.material.iter().zip(&force).filter(|(m, _)| inner(m) == wanted);
+        each.map(|(_, f)| f.abs()).fold(0.0, f64::max)
+    };
+    assert!(of(true) < 1e-6 * of(false), "{} beside {}", of(true), of(false));
 }
 
 #[test]
@@ -507,7 +525,8 @@ fn lines_go_slack_are_hauled_in_break_and_are_cut() {
 
 #[test]
 fn cutting_a_node_of_a_sheet_leaves_a_hole() {
-    let mut case = case(&fabric(ISOTROPIC), &cord());
+    let bending = Some(BendingLaw::Hinge { weft: 0.3, warp: 1.1 });
+    let mut case = case(&FabricLaw { bending, ..fabric(ISOTROPIC) }, &cord());
     case.elements.cut_node(PartId(0), 14);
     case.elements.cut_node(PartId(1), 14);
     assert_eq!(case.forces()[14], DVec3::ZERO);

@@ -49,7 +49,7 @@ impl Engine<'_> {
         let after = largest(&newton);
         let rounding = newton.rounding;
         let good = searched.share > 0.5 && !shortened && after < before;
-        factor *= if good { 0.1 * (after / before).max(0.01) * 10.0 / 3.0 } else { 2.0 };
+        factor *= if good { (after / before).max(0.01) / 3.0 } else { 2.0 };
         self.net.memory.substep = factor;
         self.net.give_newton(newton);
         self.end_at_rest();

@@ -121,7 +121,7 @@ impl Engine<'_> {
                 let part = h * weight;
                 motion.position += rate.velocity * part;
                 motion.velocity += rate.acceleration * part;
-                motion.turn = motion.turn + rate.turn * part;
+                motion.turn += rate.turn * part;
                 motion.momentum += rate.torque * part;
             }
             self.place_body(i, &motion);
@@ -208,7 +208,7 @@ impl Engine<'_> {
             let mut error = (DVec3::ZERO, DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0));
             for (rate, weight) in rates {
                 error.0 += rate[i].acceleration * (weight * h * h);
-                error.1 = error.1 + rate[i].turn * (weight * h);
+                error.1 += rate[i].turn * (weight * h);
             }
             let from = &self.net.room.bodies0[i];
             let turned = (self.bodies.turn[i] - from.turn).length();

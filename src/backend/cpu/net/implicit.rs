@@ -74,39 +74,57 @@ impl Engine<'_> {
         self.fill_canopies();
     }
 
-    /// Solves for the net's places and velocities, `along` seconds after `start` for what is driven.
+    /// Solves for the net's places and velocities, `along` seconds after `start` for what is driven. Newton starts from
+    /// where the nodes are or from where they would go alone, whichever leaves less, and then from the other.
     fn solve_stage(&mut self, stage: &Stage<'_>, start: &[DVec3], along: f64) -> bool {
         let mut newton = self.net.take_newton();
         newton.note_free(&self.net);
-        for i in 0..start.len() {
-            let driven = start[i] + self.net.net.velocity[i] * along;
-            let free = newton.is_free(i);
-            newton.from[i] = (stage.a[i] + stage.b[i] * stage.gamma) * free + driven * (DVec3::ONE - free);
-        }
         let held = self.net.net.velocity.clone();
-        newton.step.fill(DVec3::ZERO);
-        let mut evaluate = |engine: &mut Self, newton: &mut Newton, share: f64| {
-            engine.stage_residual(newton, stage, start, &held, share);
+        let from = |engine: &mut Self, newton: &mut Newton, alone: bool| {
+            for i in 0..start.len() {
+                let driven = start[i] + held[i] * along;
+                let free = newton.is_free(i);
+                let own = if alone { stage.a[i] + stage.b[i] * stage.gamma } else { start[i] };
+                newton.from[i] = own * free + driven * (DVec3::ONE - free);
+            }
+            newton.step.fill(DVec3::ZERO);
+            engine.stage_residual(newton, stage, start, &held, 0.0);
+            dot(&newton.residual, &newton.residual)
         };
-        evaluate(self, &mut newton, 0.0);
-        let mut convex = false;
-        let mut solved = false;
-        for _ in 0..MOST {
-            if self.is_small(&newton, stage) {
-                solved = true;
-                break;
-            }
-            let of_mass = 1.0 / (stage.gamma * stage.gamma);
-            if !newton.solve(&self.net, of_mass, 1.0 / stage.gamma, &mut convex) {
-                break;
-            }
-            newton.from.copy_from_slice(&self.net.net.position);
-            let searched = self.search(&mut newton, &mut evaluate);
-            // A bend in the force stops the whole tangent, not the convex part.
-            convex |= searched.share < 0.2;
+        let stay = from(self, &mut newton, false);
+        let go = from(self, &mut newton, true);
+        let alone = go <= stay;
+        if !alone {
+            from(self, &mut newton, false);
+        }
+        let mut solved = self.iterate(&mut newton, stage, start, &held);
+        if !solved {
+            from(self, &mut newton, !alone);
+            solved = self.iterate(&mut newton, stage, start, &held);
         }
         self.net.give_newton(newton);
         solved
+    }
+
+    fn iterate(&mut self, newton: &mut Newton, stage: &Stage<'_>, start: &[DVec3], held: &[DVec3]) -> bool {
+        let mut evaluate = |engine: &mut Self, newton: &mut Newton, share: f64| {
+            engine.stage_residual(newton, stage, start, held, share);
+        };
+        let mut convex = false;
+        for _ in 0..MOST {
+            if self.is_small(newton, stage) {
+                return true;
+            }
+            let of_mass = 1.0 / (stage.gamma * stage.gamma);
+            if !newton.solve(&self.net, of_mass, 1.0 / stage.gamma, &mut convex) {
+                return false;
+            }
+            newton.from.copy_from_slice(&self.net.net.position);
+            let searched = self.search(newton, &mut evaluate);
+            // A bend in the force stops the whole tangent, not the convex part.
+            convex |= searched.share < 0.2;
+        }
+        false
     }
 
     fn is_small(&self, newton: &Newton, stage: &Stage<'_>) -> bool {
@@ -119,11 +137,11 @@ impl Engine<'_> {
     /// r = F(x, v) − M(v − b)/γ at `from + share·step`.
     fn stage_residual(&mut self, newton: &mut Newton, stage: &Stage<'_>, start: &[DVec3], held: &[DVec3], share: f64) {
         let net = &mut self.net.net;
-        for i in 0..start.len() {
+        for (i, held) in held.iter().enumerate() {
             let free = newton.is_free(i);
             net.position[i] = newton.from[i] + newton.step[i] * share;
             let velocity = (net.position[i] - stage.a[i]) / stage.gamma;
-            net.velocity[i] = velocity * free + held[i] * (DVec3::ONE - free);
+            net.velocity[i] = velocity * free + *held * (DVec3::ONE - free);
         }
         self.net.room.known = false;
         self.whole_forces();

@@ -21,6 +21,7 @@ struct Work {
     damping: f64,
     pressure: f64,
     air: f64,
+    drawn: f64,
 }
 
 impl Work {
@@ -31,6 +32,7 @@ impl Work {
             damping: self.damping + other.damping,
             pressure: self.pressure + other.pressure,
             air: self.air + other.air,
+            drawn: self.drawn + other.drawn,
         }
     }
 }
@@ -66,7 +68,9 @@ impl NetRun {
         };
         let kicked = Kicked { velocity: &mut self.net.velocity, damping: &mut self.damping };
         self.kicked = self.elements.kick(view, h, gravity, kicked, &mut self.sums);
-        self.changed.clear();
+        for (node, _) in self.changed.drain(..) {
+            self.noted[node as usize] = false;
+        }
         let force = |i: &u32| {
             let i = *i as usize;
             self.net.mass[i] * ((self.net.velocity[i] - self.before[i]) / h - gravity).length()
@@ -117,6 +121,7 @@ impl NetRun {
                 damping: at(&self.damping, i).dot(way),
                 pressure: at(&self.pressure, i).dot(way),
                 air: at(&self.air, i).dot(way),
+                drawn: at(&self.drawn, i).dot(way),
             }
         };
         over(self.parts[part].owned.clone(), of)
@@ -135,8 +140,10 @@ impl NetRun {
 
     /// Notes v* of a node before an action changes it.
     pub fn note_change(&mut self, node: u32) {
-        if self.plain && self.changed.iter().all(|(known, _)| *known != node) {
-            self.changed.push((node, self.net.velocity[node as usize]));
+        let i = node as usize;
+        if self.plain && !self.noted[i] {
+            self.noted[i] = true;
+            self.changed.push((node, self.net.velocity[i]));
         }
     }
 
@@ -257,6 +264,7 @@ impl Engine<'_> {
             now.viscosity += work.damping;
             now.pressure += work.pressure;
             now.air += work.air;
+            now.drives += work.drawn;
         }
         self.fill_canopies();
         super::super::blocks::drift(&mut self.net.net.position, &self.net.net.velocity, h, CHUNK);

@@ -160,13 +160,33 @@ impl Engine<'_> {
                 self.net.fill(canopy, density, wind);
             }
         }
+        self.draw_seams();
         let net = &mut self.net;
         net.load.clear();
-        match (net.pressure.is_empty(), net.air.is_empty()) {
-            (true, true) => {}
-            (false, true) => net.load.extend_from_slice(&net.pressure),
-            (true, false) => net.load.extend_from_slice(&net.air),
-            (false, false) => net.load.extend(net.pressure.iter().zip(&net.air).map(|(a, b)| *a + *b)),
+        for forces in [&net.pressure, &net.air, &net.drawn] {
+            if net.load.is_empty() {
+                net.load.extend_from_slice(forces);
+            } else {
+                net.load.iter_mut().zip(forces).for_each(|(sum, force)| *sum += *force);
+            }
+        }
+    }
+
+    /// What draws seams together at the present positions.
+    fn draw_seams(&mut self) {
+        let net = &mut self.net;
+        let pulled = |part: &NetPart| matches!(part.kind, NetKind::Join { pull: Some(_), .. });
+        if !net.parts.iter().any(pulled) {
+            return;
+        }
+        net.drawn.clear();
+        net.drawn.resize(net.net.position.len(), DVec3::ZERO);
+        for (index, part) in net.parts.iter().enumerate() {
+            if let NetKind::Join { pull: Some(tape), .. } = part.kind {
+                let per_length = self.tapes[tape.0 as usize].components().x;
+                let id = PartId(index as u32);
+                net.elements.draw_together(id, &net.net.position, per_length, &mut net.drawn);
+            }
         }
     }
 

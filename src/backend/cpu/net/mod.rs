@@ -26,7 +26,7 @@ pub use unfold::unfold;
 
 use crate::backend::state::NetState;
 use crate::physics::net::{Elements, Net, NodeSums, PartSums};
-use crate::plan::{DomainId, OriginId};
+use crate::plan::{DomainId, OriginId, TapeId};
 
 /// What a part of the net is.
 #[derive(Debug)]
@@ -50,6 +50,8 @@ pub enum NetKind {
     /// A tape or a strip along a join: elements without nodes of its own.
     Join {
         edges: [Vec<u32>; 2],
+        /// N/m, what draws the edges together.
+        pull: Option<TapeId>,
     },
 }
 
@@ -95,6 +97,7 @@ pub struct NetRun {
     pub plain: bool,
     /// Nodes whose velocity actions changed after the kick, with v*; noted where `plain`.
     pub changed: Vec<(u32, DVec3)>,
+    pub noted: Vec<bool>,
     /// Force of damping of the last kick, N; empty where nothing damps.
     pub damping: Vec<DVec3>,
     /// Elastic forces of anchors on bodies at the last kick, by body.
@@ -105,6 +108,8 @@ pub struct NetRun {
     pub load: Vec<DVec3>,
     pub pressure: Vec<DVec3>,
     pub air: Vec<DVec3>,
+    /// What draws seams together.
+    pub drawn: Vec<DVec3>,
     /// Nodes that something holds or drives, and the largest force on one of them at the last kick, N.
     pub held: Vec<u32>,
     pub held_force: f64,

@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::{NetKind, NetPart, NetRun};
 use crate::backend::cpu::engine::Engine;
 use crate::backend::frame::{Frame, LineFrame, PointFrame, SheetFrame};
+use crate::backend::observe::Broken;
 use crate::physics::net::PartId;
 use crate::plan::{DomainId, Quantity};
 
@@ -42,7 +43,7 @@ impl NetRun {
         }
         let mut nodes: BTreeSet<u32> = parts.iter().flat_map(|part| &self.parts[*part].node_of).copied().collect();
         for part in &parts {
-            if let NetKind::Join { edges } = &self.parts[*part].kind {
+            if let NetKind::Join { edges, .. } = &self.parts[*part].kind {
                 nodes.extend(edges.iter().flatten());
             }
         }
@@ -153,6 +154,14 @@ impl NetRun {
         sum / length
     }
 
+    /// Lines that are cut or broken.
+    pub fn broken_lines(&self) -> impl Iterator<Item = Broken> {
+        let count = |part: usize| self.memory.gone.iter().filter(|(gone, _)| *gone as usize == part).count() as u64;
+        let all = self.parts.iter().enumerate().map(move |(index, part)| (part, count(index)));
+        let broken = all.filter(|(_, segments)| *segments > 0);
+        broken.map(|(part, segments)| Broken { part: part.name.clone(), yarns: 1, segments })
+    }
+
     /// Own numbers of the elements of a part that are left, rising.
     fn left_of(&self, part: usize, count: usize) -> impl Iterator<Item = usize> {
         let gone: BTreeSet<u32> =
@@ -160,23 +169,15 @@ impl NetRun {
         (0..count).filter(move |local| !gone.contains(&(*local as u32)))
     }
 
+    /// The largest gap of an item's seams, m; welds have none.
     fn gap(&self, item: &NetItem) -> f64 {
-        let x = |node: &u32| self.net.position[*node as usize];
-        let to_row = |node: &u32, row: &[u32]| {
-            let p = x(node);
-            let foot = |w: &[u32]| {
-                let (a, b) = (x(&w[0]), x(&w[1]));
-                let along = (b - a).length_squared();
-                let share = if along > 0.0 { ((p - a).dot(b - a) / along).clamp(0.0, 1.0) } else { 0.0 };
-                a.lerp(b, share).distance(p)
-            };
-            row.windows(2).map(foot).fold(f64::INFINITY, f64::min)
-        };
-        let each = item.parts.iter().filter_map(|part| match &self.parts[*part].kind {
-            NetKind::Join { edges: [a, b] } => Some(a.iter().map(|n| to_row(n, b)).fold(0.0, f64::max)),
-            _ => None,
-        });
-        each.fold(0.0, f64::max)
+        let mut gaps = Vec::new();
+        let mut largest = 0.0_f64;
+        for part in &item.parts {
+            self.elements.gaps(PartId(*part as u32), &self.net.position, &mut gaps);
+            largest = gaps.iter().fold(largest, |largest, gap| largest.max(*gap));
+        }
+        largest
     }
 }
 

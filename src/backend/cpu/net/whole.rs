@@ -28,6 +28,7 @@ pub struct Room {
     pub bodies0: Vec<BodyMotion>,
     pressure0: Vec<DVec3>,
     air0: Vec<DVec3>,
+    drawn0: Vec<DVec3>,
     drag0: Vec<DVec3>,
     damping0: Vec<f64>,
     balance0: Vec<Balance>,
@@ -205,9 +206,14 @@ impl Engine<'_> {
         bodies.position[i] = motion.position;
         bodies.turn[i] = motion.turn.normalize();
         bodies.velocity[i] = motion.velocity;
-        let turns = bodies.inverse_inertia[i].min_element() > 0.0;
-        bodies.spin[i] =
-            if turns { spin_change(bodies.turn[i], bodies.inverse_inertia[i], motion.momentum) } else { motion.spin };
+        if bodies.inverse_inertia[i].min_element() <= 0.0 {
+            bodies.spin[i] = motion.spin;
+            return;
+        }
+        let spin = spin_change(bodies.turn[i], bodies.inverse_inertia[i], motion.momentum);
+        // |L| as it will be read back from the spin, put right to the last bit or two.
+        let read = rigid::angular_momentum(bodies.turn[i], spin, bodies.inverse_inertia[i]).length();
+        bodies.spin[i] = if read > 0.0 { spin * (motion.momentum.length() / read) } else { spin };
     }
 
     /// Remembers the state and the forces at the start of a step.
@@ -223,6 +229,7 @@ impl Engine<'_> {
         room.v0.clone_from(&net.net.velocity);
         room.pressure0.clone_from(&net.pressure);
         room.air0.clone_from(&net.air);
+        room.drawn0.clone_from(&net.drawn);
         room.drag0.clone_from(&net.body_drag);
         room.damping0.clear();
         room.damping0.extend(net.sums.iter().map(|sums| sums.damping));
@@ -265,6 +272,7 @@ impl Engine<'_> {
                 now.gravity += net.net.mass[i] * gravity.dot(way);
                 now.pressure += half(&room.pressure0, &net.pressure, i).dot(way);
                 now.air += half(&room.air0, &net.air, i).dot(way);
+                now.drives += half(&room.drawn0, &net.drawn, i).dot(way);
                 if net.net.inverse_mass[i] > 0.0 {
                     now.drives += room.driven.get(i).map_or(0.0, |force| force.dot(way));
                 } else if way != DVec3::ZERO && net.net.mass[i] > 0.0 {
