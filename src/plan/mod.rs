@@ -120,6 +120,9 @@ pub struct Advice {
     /// For each chain domain, the row of M⁻¹K that bounds its frequency; then, where something moves, the speed that
     /// bounds the turn of a segment.
     pub bounds: Vec<Bound>,
+    /// What else makes the scene slow: stiffness and mass ratios.
+    #[serde(default)]
+    pub notes: Vec<String>,
     /// Bytes.
     pub memory: u64,
     /// Seconds on this machine's class, from the cost table; an estimate.

@@ -170,6 +170,7 @@ impl Plan {
             line(out, 1, &text);
         }
         let advice = &self.advice;
+        advice.notes.iter().for_each(|note| line(out, 1, note));
         line(
             out,
             1,

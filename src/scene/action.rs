@@ -60,3 +60,44 @@ pub enum ContactModel {
     Barrier,
     None,
 }
+
+/// Loads surfaces.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Push {
+    pub what: Given<Selection>,
+    pub load: Load,
+    pub at: Given<f64>,
+    pub delay: Given<f64>,
+    pub when: Given<Signal>,
+    pub until: Option<Given<Signal>>,
+}
+
+/// `one of { pressure; force }`: Pa along the normal, or N shared over the selection.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Load {
+    Pressure(Given<Signal>),
+    Force(Given<Signal>),
+}
+
+/// Parts a line or a row of nodes.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Cut {
+    pub what: Given<Selection>,
+    pub at: Given<f64>,
+    pub delay: Given<f64>,
+    pub when: Given<Signal>,
+    pub until: Option<Given<Signal>>,
+}
+
+/// Changes rest lengths.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Stretch {
+    pub what: Given<Selection>,
+    /// Rest length over the first one (1).
+    pub ratio: Given<Signal>,
+    pub at: Given<f64>,
+    pub delay: Given<f64>,
+    pub when: Given<Signal>,
+    pub until: Option<Given<Signal>>,
+}

@@ -7,16 +7,21 @@ mod action;
 mod fabric;
 mod given;
 mod running;
+mod sheet;
 mod signal;
 mod solid;
 
-pub use action::{Contact, ContactModel, Drive, Fix, Pull};
+pub use action::{Contact, ContactModel, Cut, Drive, Fix, Load, Pull, Push, Stretch};
 pub use fabric::{
     Both, Break, CellSource, Compaction, Draft, Extent, Fibre, Flattening, Friction, Pattern, Scatter, Strand,
     Strength, Threads, Weave, Yarn, YarnSize,
 };
 pub use given::{Given, How, Origin};
 pub use running::{Expect, Extents, Integrator, Picture, Precision, Probe, Record, Recorded, Run, Step, View};
+pub use sheet::{
+    Air, Canopy, Cell, Cloth, ClothModel, Cord, CordPull, Fabric, Flow, ForceAtStrain, Gas, GasAmount, Gore, Line,
+    Outline, Permeability, Seam, Spot, Start, Stiffness, Topology, Way,
+};
 pub use signal::{BinaryFn, PartsOp, Read, SelectStep, Selection, SelectionTerm, Signal, TimeOp, UnaryFn, Window};
 pub use solid::{Body, Mass, Shape};
 
@@ -76,6 +81,8 @@ pub struct Item {
     /// The declared kind's name.
     pub kind: String,
     pub span: Span,
+    /// The item that it is a piece of: a panel's canopy.
+    pub of: Option<ItemId>,
     pub body: ItemBody,
 }
 
@@ -84,6 +91,15 @@ pub enum ItemBody {
     Weave(Weave),
     Strand(Strand),
     Body(Body),
+    Cloth(Cloth),
+    Gore(Gore),
+    Seam(Seam),
+    Line(Line),
+    Canopy(Canopy),
+    Air(Air),
+    Push(Push),
+    Cut(Cut),
+    Stretch(Stretch),
     Fix(Fix),
     Pull(Pull),
     Contact(Contact),

@@ -12,6 +12,10 @@ pub struct Run {
     pub gravity: Given<[f64; 3]>,
     pub step: Given<Step>,
     pub integrator: Given<Integrator>,
+    /// Error of a step of `adaptive` over each node's motion (1).
+    pub tolerance: Given<f64>,
+    /// Force out of balance over the largest force at which an implicit step, or a static net, counts as solved (1).
+    pub residual: Given<f64>,
     /// Linear bulk viscosity coefficient (1).
     pub bulk_viscosity: Given<f64>,
     pub seed: Given<u64>,
@@ -44,9 +48,16 @@ pub enum Integrator {
     Auto,
     SymplecticEuler,
     Leapfrog,
-    /// Declared in the language; nothing runs them yet.
+    /// Explicit.
     Euler,
     Rk4,
+    /// Embedded pair with error control.
+    Adaptive,
+    BackwardEuler,
+    Bdf2,
+    /// Keeps energy.
+    Midpoint,
+    /// The implicit rule that the compiler takes.
     Implicit,
 }
 

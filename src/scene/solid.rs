@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Given;
+use super::{Given, Spot};
 
 /// A rigid body.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -16,6 +16,10 @@ pub struct Body {
     pub velocity: Given<[f64; 3]>,
     /// rad/s.
     pub spin: Given<[f64; 3]>,
+    /// Place from which it hangs.
+    pub hangs_from: Option<Given<Spot>>,
+    /// Drag over dynamic pressure, m².
+    pub drag_area: Option<Given<f64>>,
 }
 
 /// `one of { mass; density; fixed }`: kg, kg/m³, or held still.

@@ -176,6 +176,7 @@ impl<'t> Elaborator<'t> {
         let object = self.object_of(id);
         let instance = self.instance(id);
         let (name, kind, span) = (instance.name.to_string(), instance.kind.name.to_string(), instance.span);
+        let of = instance.owner.and_then(|owner| self.instance(owner).item);
         let nothing = ItemBody::Reserved(String::new());
         let body = match &object {
             Value::Object(object) => {
@@ -184,7 +185,7 @@ impl<'t> Elaborator<'t> {
             }
             _ => nothing,
         };
-        scene::Item { name, kind, span, body }
+        scene::Item { name, kind, span, of, body }
     }
 
     /// Cases whose final state an item starts from.

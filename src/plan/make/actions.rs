@@ -32,7 +32,7 @@ impl Maker<'_> {
         Some((Kernel::Drive { nodes, drive, timing }, origin))
     }
 
-    fn timing(
+    pub(super) fn timing(
         &mut self,
         item: &Item,
         at: &Given<f64>,
@@ -55,13 +55,17 @@ impl Maker<'_> {
         let mut chosen: Vec<(u32, Vec<u32>)> = Vec::new();
         for term in &what.value.terms {
             match self.term_nodes(term) {
-                Ok((domain, nodes)) => match chosen.iter_mut().find(|(known, _)| *known == domain) {
-                    Some((_, known)) => known.extend(nodes),
-                    None => chosen.push((domain, nodes)),
-                },
+                Ok(found) => {
+                    for (domain, nodes) in found {
+                        match chosen.iter_mut().find(|(known, _)| *known == domain) {
+                            Some((_, known)) => known.extend(nodes),
+                            None => chosen.push((domain, nodes)),
+                        }
+                    }
+                }
                 Err(found) => {
                     // What could not be planned is told where that failed, not again at all that speaks of it.
-                    let unplanned = self.place_of(term.item).is_none() && self.is_of_yarns(term.item);
+                    let unplanned = self.is_unplanned(term.item);
                     if !unplanned {
                         self.diagnostics.push(*found);
                     }
@@ -81,14 +85,32 @@ impl Maker<'_> {
         Some(sets)
     }
 
-    /// Whether an item has nodes as soon as it is planned.
-    fn is_of_yarns(&self, item: crate::scene::ItemId) -> bool {
+    /// Whether an item would have nodes and could not be planned.
+    fn is_unplanned(&self, id: crate::scene::ItemId) -> bool {
         use crate::scene::ItemBody;
-        matches!(self.scene.item(item).body, ItemBody::Weave(_) | ItemBody::Strand(_) | ItemBody::Reserved(_))
+        match &self.scene.item(id).body {
+            ItemBody::Weave(_)
+            | ItemBody::Strand(_)
+            | ItemBody::Cloth(_)
+            | ItemBody::Gore(_)
+            | ItemBody::Line(_)
+            | ItemBody::Reserved(_) => self.place_of(id).is_none(),
+            ItemBody::Seam(_) => !self.seams.iter().any(|seam| seam.item == id),
+            ItemBody::Canopy(_) => {
+                let failed = self.diagnostics.iter().any(Diagnostic::is_error);
+                let hung = self.canopies.iter().find(|hung| hung.item == id);
+                hung.is_none_or(|hung| failed && hung.confluence.is_none())
+            }
+            _ => false,
+        }
     }
 
-    fn term_nodes(&self, term: &SelectionTerm) -> Result<(u32, Vec<u32>), Box<Diagnostic>> {
+    /// The nodes of a term, by domain.
+    fn term_nodes(&self, term: &SelectionTerm) -> Result<Vec<(u32, Vec<u32>)>, Box<Diagnostic>> {
         let item = self.scene.item(term.item);
+        if let Some(nodes) = self.net_nodes(term) {
+            return nodes;
+        }
         let Some(Place::Chains(domain)) = self.place_of(term.item) else {
             let message = format!("`{}` has no nodes to hold or pull", item.name);
             return Err(Box::new(Diagnostic::error("E0805", message, term.span, format!("a {}", item.kind))));
@@ -103,15 +125,15 @@ impl Maker<'_> {
         if let Some(filter) = &term.filter {
             nodes.retain(|node| holds(filter, unfolded.positions[*node as usize]));
         }
-        Ok((domain.0, nodes))
+        Ok(vec![(domain.0, nodes)])
     }
 
     /// The width of cloth that each pulled yarn end stands for, m: one per node set.
     fn end_pitches(&mut self, pull: &Pull, nodes: &[NodeSet]) -> Option<Vec<f64>> {
         let mut pitches = Vec::new();
         for set in nodes {
-            let unfolded = &self.unfolded[set.domain as usize];
-            let tips = unfolded.tips();
+            let unfolded = self.unfolded.get(set.domain as usize);
+            let tips = unfolded.map_or_else(Vec::new, Unfolded::tips);
             let stray = set.ranges.iter().any(|[from, to]| (*from..*to).any(|node| tips.binary_search(&node).is_err()));
             if stray {
                 let found = Diagnostic::error(
@@ -124,7 +146,7 @@ impl Maker<'_> {
                 self.diagnostics.push(found);
                 return None;
             }
-            pitches.push(unfolded.pitch);
+            pitches.extend(unfolded.map(|unfolded| unfolded.pitch));
         }
         Some(pitches)
     }
@@ -236,6 +258,6 @@ fn compact(mut nodes: Vec<u32>) -> Vec<[u32; 2]> {
 }
 
 /// Whether a condition over the rest position holds at a point.
-fn holds(filter: &Signal, at: DVec3) -> bool {
+pub(super) fn holds(filter: &Signal, at: DVec3) -> bool {
     crate::plan::constant::evaluate(filter, at).is_some_and(|value| value.x != 0.0)
 }

@@ -21,6 +21,7 @@ impl Maker<'_> {
         let scene = self.scene;
         for (id, item) in scene.ids() {
             if let ItemBody::Body(body) = &item.body
+                && !self.is_net_point(id, body)
                 && let Some(recipe) = self.body_recipe(item, body)
             {
                 self.domain_of[id.0 as usize] = Some(Place::Body(recipes.len() as u32));
@@ -85,9 +86,11 @@ impl Maker<'_> {
             self.diagnostics.push(found);
             return None;
         }
-        let [x, y, z] = body.position.value.map(|metres| metres * 1e3);
+        let [position, velocity] = self.start_of_body(item, body);
+        let [x, y, z] = position.map(|metres| metres * 1e3);
         self.take(path("position"), &body.position, format!("[{x}, {y}, {z}] mm"));
-        let velocity = self.velocity(item, &body.velocity);
+        let [x, y, z] = velocity;
+        self.take(path("velocity"), &body.velocity, format!("[{x}, {y}, {z}] m/s"));
         let [x, y, z] = body.spin.value;
         self.take(path("spin"), &body.spin, format!("[{x}, {y}, {z}] rad/s"));
         let turn = self.turn_of(item, body)?;
@@ -96,7 +99,7 @@ impl Maker<'_> {
             solid,
             mass,
             inertia: solid.inertia(mass).to_array(),
-            position: *body.position,
+            position,
             turn: turn.to_array(),
             velocity,
             spin: *body.spin,
@@ -106,7 +109,7 @@ impl Maker<'_> {
     }
 
     /// Body axes to scene: the nose (+z of the body) looks along `points`, then `turn` turns it.
-    fn turn_of(&mut self, item: &Item, body: &Body) -> Option<DQuat> {
+    pub(super) fn turn_of(&mut self, item: &Item, body: &Body) -> Option<DQuat> {
         let Some(points) = DVec3::from_array(*body.points).try_normalize() else {
             self.diagnostics.push(Diagnostic::error(
                 "E0724",
@@ -120,7 +123,7 @@ impl Maker<'_> {
         Some((DQuat::from_xyzw(x, y, z, w) * DQuat::from_rotation_arc(DVec3::Z, points)).normalize())
     }
 
-    fn solid(&mut self, item: &Item, shape: &Given<Shape>) -> Option<Solid> {
+    pub(super) fn solid(&mut self, item: &Item, shape: &Given<Shape>) -> Option<Solid> {
         let solid = match &shape.value {
             Shape::Sphere { radius } => Ok(Solid::Sphere { radius: *radius }),
             Shape::Box { size } => Ok(Solid::Box { half: DVec3::from_array(*size) * 0.5 }),

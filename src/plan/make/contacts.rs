@@ -46,7 +46,7 @@ impl Maker<'_> {
 
     fn default_rules(&mut self) -> Vec<ContactRule> {
         let sides: Vec<(ContactSide, ItemId)> =
-            self.scene.ids().filter_map(|(id, _)| self.place_of(id).map(|place| (side(place), id))).collect();
+            self.scene.ids().filter_map(|(id, _)| Some((side(self.place_of(id)?)?, id))).collect();
         let mut rules = Vec::new();
         for (i, (a, item)) in sides.iter().enumerate() {
             let origin = self.written(self.scene.item(*item).span);
@@ -120,7 +120,7 @@ impl Maker<'_> {
                 }
             }
         }
-        if !met {
+        if !met && !self.warn_of_contact(item, contact) {
             let found = Diagnostic::error(
                 "E0722",
                 format!("`{}` names no pair that could touch", item.name),
@@ -133,7 +133,7 @@ impl Maker<'_> {
     }
 
     fn sides(&self, selection: &Selection) -> Vec<ContactSide> {
-        let mut sides: Vec<_> = selection.terms.iter().filter_map(|term| self.place_of(term.item).map(side)).collect();
+        let mut sides: Vec<_> = selection.terms.iter().filter_map(|term| side(self.place_of(term.item)?)).collect();
         sides.sort_unstable();
         sides.dedup();
         sides
@@ -175,10 +175,12 @@ impl Maker<'_> {
     }
 }
 
-fn side(place: Place) -> ContactSide {
+/// None where contact is not available yet.
+fn side(place: Place) -> Option<ContactSide> {
     match place {
-        Place::Chains(domain) => ContactSide::Chains(domain),
-        Place::Body(body) => ContactSide::Body(body),
+        Place::Chains(domain) => Some(ContactSide::Chains(domain)),
+        Place::Body(body) => Some(ContactSide::Body(body)),
+        Place::Net(_) => None,
     }
 }
 

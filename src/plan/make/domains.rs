@@ -26,6 +26,8 @@ const MOST_NODES: usize = 60_000_000;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Place {
     Chains(DomainId),
+    /// A sheet, a line, or a body that is a mass point.
+    Net(DomainId),
     /// Index within the bodies domain.
     Body(u32),
 }
@@ -86,6 +88,7 @@ impl Maker<'_> {
                 self.add_chains(id, item, recipe, unfolded);
             }
         }
+        self.plan_net();
         self.bodies();
         if self.body.domains.is_empty() && !self.diagnostics.iter().any(Diagnostic::is_error) {
             self.diagnostics.push(Diagnostic::placeless(
@@ -257,7 +260,7 @@ impl Maker<'_> {
         of.extend((0..count as usize).map(|thread| index[threads.of[thread % threads.of.len()] as usize]));
     }
 
-    fn fits(&mut self, item: &Item, nodes: usize) -> bool {
+    pub(super) fn fits(&mut self, item: &Item, nodes: usize) -> bool {
         if nodes <= MOST_NODES {
             return true;
         }

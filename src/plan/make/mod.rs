@@ -3,10 +3,23 @@
 //! Each file here answers one question about the scene; all of them add to the one [`Maker`].
 
 mod actions;
+mod apart;
+mod assembly;
 mod bodies;
+mod canopies;
 mod contacts;
 mod domains;
+mod hanging;
+mod joins;
+mod lines;
+mod materials;
+mod net;
+mod net_nodes;
+mod net_passes;
+mod places;
 mod running;
+mod scheme;
+mod sheets;
 mod sinks;
 mod tapes;
 mod yarns;
@@ -44,6 +57,11 @@ pub fn make(
         diagnostics: Vec::new(),
         domain_of: Vec::new(),
         unfolded: Vec::new(),
+        sheets: Vec::new(),
+        seams: Vec::new(),
+        canopies: Vec::new(),
+        pieces: Vec::new(),
+        areas: std::collections::BTreeMap::new(),
     };
     maker.title(case);
     maker.refuse_reserved();
@@ -80,6 +98,13 @@ struct Maker<'a> {
     domain_of: Vec<Option<domains::Place>>,
     /// The unfolded rest geometry of each domain, for selections and bounds; never part of the plan.
     unfolded: Vec<domains::Unfolded>,
+    /// Sheets and seams as drafted, canopies as they hang, and the domains of the net, likewise.
+    sheets: Vec<sheets::Drafted>,
+    seams: Vec<assembly::Sewn>,
+    canopies: Vec<canopies::Hung>,
+    pieces: Vec<net::Piece>,
+    /// Areas of sheets as cut, m².
+    areas: std::collections::BTreeMap<ItemId, f64>,
 }
 
 impl<'a> Maker<'a> {
@@ -167,6 +192,52 @@ impl<'a> Maker<'a> {
         origin
     }
 
+    /// The same for a value that many parts share: it is listed once.
+    fn take_once<T>(&mut self, path: impl Into<String>, given: &Given<T>, text: impl Into<String>) -> OriginId {
+        let (path, text) = (path.into(), text.into());
+        let same = |taken: &&Taken| {
+            let known = self.origins[taken.origin.0 as usize].span;
+            taken.path == path && taken.text == text && known == given.span()
+        };
+        match self.body.taken.iter().find(same) {
+            Some(known) => known.origin,
+            None => self.take(path, given, text),
+        }
+    }
+
+    /// The same for one of an array of parts: what an element shares with those before it is listed as `name[*].field`.
+    fn take_each<T>(&mut self, item: &Item, field: &str, given: &Given<T>, text: impl Into<String>) -> OriginId {
+        let text = text.into();
+        let shared = format!("{}.{field}", group_name(&item.name));
+        match self.body.taken.iter().find(|taken| taken.path == shared) {
+            Some(known) if known.text != text => self.take_once(format!("{}.{field}", item.name), given, text),
+            Some(known) => known.origin,
+            None => self.take(shared, given, text),
+        }
+    }
+
+    fn velocity_each(&mut self, item: &Item, given: &Given<[f64; 3]>) -> [f64; 3] {
+        let [x, y, z] = given.value;
+        self.take_each(item, "velocity", given, format!("[{x}, {y}, {z}] m/s"));
+        given.value
+    }
+
+    /// [`Maker::decide`], once for what many parts share.
+    fn decide_once(
+        &mut self,
+        pass: &str,
+        subject: &str,
+        needed: bool,
+        reason: impl Into<String>,
+        origins: Vec<OriginId>,
+    ) -> bool {
+        let full = format!("{pass} of {subject}");
+        match self.body.decisions.iter().find(|decision| decision.subject == full) {
+            Some(known) => known.verdict != Verdict::LeftOut,
+            None => self.decide(pass, subject, needed, reason, origins),
+        }
+    }
+
     /// Books that a pass is kept or left out; `--keep NAME` turns the second into a forced pass. Returns whether the pass
     /// goes into the plan.
     fn decide(
@@ -206,5 +277,13 @@ impl<'a> Maker<'a> {
 
     fn place_of(&self, item: ItemId) -> Option<domains::Place> {
         self.domain_of.get(item.0 as usize).copied().flatten()
+    }
+}
+
+/// `c9.panel[*]` for `c9.panel[12]`: the array that a part is one of.
+fn group_name(name: &str) -> String {
+    match (name.rfind('['), name.ends_with(']')) {
+        (Some(open), true) => format!("{}[*]", &name[..open]),
+        _ => name.to_owned(),
     }
 }

@@ -7,9 +7,10 @@ use crate::plan::{
     Bound, Centre, Cost, DomainId, Field, Init, Kernel, Node, OriginId, Pass, PassId, Precision, Recipe, Relation,
     Role, constant,
 };
-use crate::scene::{Extents, Integrator, Item, ItemBody, Run, Step};
+use crate::scene::{Extents, Item, ItemBody, Run, Step};
 
 use super::Maker;
+use super::scheme::{NET_SHARE, Stepping};
 
 /// The step of a scene at rest is this share of the stable bound: the bound is safe for small strains, and yarns stretch by a few percent.
 const SAFETY: f64 = 0.9;
@@ -42,64 +43,58 @@ impl Maker<'_> {
         self.refuse_unrunnable(run);
         let chains = self.chain_domains();
         let mut order = Order::default();
-        let opening = self.opening(run, run_origin);
+        self.net_bounds();
+        let bound = self.advice.bounds.iter().map(|bound| bound.step).fold(f64::INFINITY, f64::min);
+        let stepping = self.stepping(run, run_origin, !chains.is_empty(), bound);
+        let half_kick =
+            |maker: &mut Self| maker.pass("half_kick", Kernel::HalfKick, &["force", "mass"], &["velocity"], run_origin);
+        let moves = !stepping.equilibrium && stepping.scheme.is_none();
+        let opening = (stepping.leapfrog && moves).then(|| half_kick(self));
         let viscosity = self.viscosity(run);
         for domain in &chains {
             self.chain_passes(*domain, viscosity, run, run_origin, &mut order);
         }
+        for (name, kernel, origin) in self.net_kernels() {
+            let reads: &[&str] =
+                if matches!(kernel, Kernel::Bending { .. }) { &["position"] } else { &["position", "velocity"] };
+            order.forces.push(self.pass(&name, kernel, reads, &["force"], origin));
+        }
         self.gravity(run, &mut order);
         self.actions(&mut order);
-        order.kick.push(self.pass("kick", Kernel::Kick, &["force", "mass"], &["velocity"], run_origin));
+        if moves {
+            order.kick.push(self.pass("kick", Kernel::Kick, &["force", "mass"], &["velocity"], run_origin));
+        }
+        if let Some(scheme) = stepping.scheme {
+            let kernel = Kernel::Integrate(scheme);
+            let fields = ["position", "velocity"];
+            order.kick.push(self.pass("integrate", kernel, &["force", "mass"], &fields, run_origin));
+        }
         self.contact_passes(&chains, run_origin, &mut order);
-        order.drift.push(self.pass("drift", Kernel::Drift, &["velocity"], &["position"], run_origin));
+        if moves {
+            order.drift.push(self.pass("drift", Kernel::Drift, &["velocity"], &["position"], run_origin));
+        }
         self.bodies_decision();
+        self.static_passes(run, &stepping, run_origin, &mut order);
+        order.after.push(self.pass("ledger", Kernel::Ledger, &["position", "velocity"], &["ledger"], run_origin));
+        self.warn_of_passing_through();
+        self.schedule(run, viscosity.unwrap_or(0.0), opening, order, &stepping);
+    }
+
+    /// What finds the equilibrium of a static run.
+    fn static_passes(&mut self, run: &Run, stepping: &Stepping, run_origin: OriginId, order: &mut Order) {
         let settles = Self::is_static(&run.extent);
-        if self.decide("settle", "", settles, settle_reason(settles), vec![run_origin]) {
+        if stepping.equilibrium {
+            let reason = "solve = static: Newton on the stored energy of sheets and lines";
+            self.decide("equilibrium", "", true, reason, vec![run_origin]);
+            let kernel = Kernel::Equilibrium { residual: run.residual.value };
+            order.after.push(self.pass("equilibrium", kernel, &["position"], &["position"], run_origin));
+        } else if self.decide("settle", "", settles, settle_reason(settles), vec![run_origin]) {
             let kernel = Kernel::Settle { residual: 1e-3 };
             order.after.push(self.pass("settle", kernel, &["velocity"], &["velocity"], run_origin));
         }
-        order.after.push(self.pass("ledger", Kernel::Ledger, &["position", "velocity"], &["ledger"], run_origin));
-        self.schedule(run, viscosity.unwrap_or(0.0), opening, order);
-    }
-
-    /// The half kick that sets leapfrog's velocities back to the half step before the start.
-    fn opening(&mut self, run: &Run, run_origin: OriginId) -> Option<PassId> {
-        let integrator = run.integrator.value;
-        let text = match integrator {
-            Integrator::Auto => "auto",
-            Integrator::SymplecticEuler => "symplectic_euler",
-            Integrator::Leapfrog => "leapfrog",
-            Integrator::Euler => "euler",
-            Integrator::Rk4 => "rk4",
-            Integrator::Implicit => "implicit",
-        };
-        let origin = self.take("run.integrator", &run.integrator, text);
-        let reason = match integrator {
-            Integrator::Auto => {
-                "`auto` takes leapfrog: of second order at the cost of symplectic Euler, and it keeps energy over any time"
-            }
-            Integrator::Leapfrog => "leapfrog: velocities stand at half steps",
-            _ => "symplectic_euler: the first kick starts from the first velocities",
-        };
-        let leapfrog = matches!(integrator, Integrator::Auto | Integrator::Leapfrog);
-        self.decide("half_kick", "", leapfrog, reason, vec![origin])
-            .then(|| self.pass("half_kick", Kernel::HalfKick, &["force", "mass"], &["velocity"], run_origin))
     }
 
     fn refuse_unrunnable(&mut self, run: &Run) {
-        match run.integrator.value {
-            Integrator::Auto | Integrator::SymplecticEuler | Integrator::Leapfrog => {}
-            _ => {
-                let found = Diagnostic::error(
-                    "E0854",
-                    "this integrator is not available yet",
-                    run.integrator.span(),
-                    "cannot run",
-                )
-                .note("`auto`, `leapfrog` and `symplectic_euler` run.");
-                self.diagnostics.push(found);
-            }
-        }
         if let Extents::Stages(stages) = &run.extent {
             let found = Diagnostic::error("E0850", "`stages` are not available yet", stages.span(), "cannot run")
                 .note("Give the run a `duration`, or `solve = static`.");
@@ -130,6 +125,10 @@ impl Maker<'_> {
                 "below zero",
             );
             self.diagnostics.push(found);
+        }
+        if self.chain_domains().is_empty() && !self.pieces.is_empty() {
+            self.decide("bulk_viscosity", "", false, "the scene has no yarns", vec![origin]);
+            return None;
         }
         let needed = run.bulk_viscosity.value > 0.0;
         let reason = if needed {
@@ -203,11 +202,22 @@ impl Maker<'_> {
             let made = match &item.body {
                 ItemBody::Fix(fix) => self.fix(item, fix),
                 ItemBody::Pull(pull) => self.pull(item, pull),
+                ItemBody::Push(push) => self.push(item, push),
+                ItemBody::Cut(cut) => self.cut(item, cut),
+                ItemBody::Stretch(stretch) => self.stretch(item, stretch),
+                ItemBody::Air(air) => self.air(item, air),
                 _ => None,
             };
-            if let Some((kernel, origin)) = made {
-                let name = format!("{} {}", item.kind, item.name);
-                order.kick.push(self.pass(&name, kernel, &["position"], &["velocity"], origin));
+            let Some((kernel, origin)) = made else { continue };
+            let name = format!("{} {}", item.kind, item.name);
+            match kernel {
+                Kernel::Pressure(_) | Kernel::QuasiSteady(_) => {
+                    order.forces.push(self.pass(&name, kernel, &["position", "velocity"], &["force"], origin));
+                }
+                Kernel::Cut { .. } | Kernel::Stretch { .. } => {
+                    order.kick.push(self.pass(&name, kernel, &["position"], &["rest_length"], origin));
+                }
+                _ => order.kick.push(self.pass(&name, kernel, &["position"], &["velocity"], origin)),
             }
         }
     }
@@ -269,7 +279,40 @@ impl Maker<'_> {
             }
         }
         self.decide("self-contact", "bodies", false, "bodies do not touch bodies yet", Vec::new());
-        self.decide("air", "", false, "no `air` is in the scene", Vec::new());
+        let air = self.scene.items.iter().find(|item| matches!(item.body, ItemBody::Air(_)));
+        match air.map(|air| air.span) {
+            Some(span) => {
+                let origin = self.written(span);
+                let reason = "quasi-steady: each canopy has the drag area of its class, which grows while it fills";
+                self.decide("air", "", true, reason, vec![origin]);
+            }
+            None => {
+                self.decide("air", "", false, "no `air` is in the scene", Vec::new());
+                self.warn_of_unfelt_drag();
+            }
+        }
+    }
+
+    /// A drag area without air is read by nothing.
+    fn warn_of_unfelt_drag(&mut self) {
+        for item in &self.scene.items {
+            if let ItemBody::Body(body) = &item.body
+                && let Some(given) = &body.drag_area
+            {
+                let message = format!("nothing reads the drag area of `{}`: the scene has no air", item.name);
+                let found = Diagnostic::warning("W0763", message, given.span(), "not read");
+                self.diagnostics.push(found.note("Add `air sky { model = quasi_steady }`."));
+            }
+        }
+    }
+
+    /// Gravity of the run, m/s²; what slack lines hang by.
+    pub(super) fn gravity_of_run(&self) -> [f64; 3] {
+        let run = |item: &Item| match &item.body {
+            ItemBody::Run(run) => Some(run.gravity.value),
+            _ => None,
+        };
+        self.scene.items.iter().find_map(run).unwrap_or([0.0; 3])
     }
 
     fn chain_fields(&mut self, domain: DomainId) {
@@ -319,10 +362,10 @@ impl Maker<'_> {
         PassId(self.body.passes.len() as u32 - 1)
     }
 
-    fn schedule(&mut self, run: &Run, viscosity: f64, opening: Option<PassId>, order: Order) {
+    fn schedule(&mut self, run: &Run, viscosity: f64, opening: Option<PassId>, order: Order, stepping: &Stepping) {
         let (bound, setter) = self.bounds(viscosity);
         let turning = self.turning_bound();
-        let step = self.step(run, bound, setter, turning);
+        let step = self.step(run, bound, setter, turning, stepping);
         let (duration, most_steps) = match &run.extent {
             Extents::Duration(given) => {
                 self.take("run.duration", given, format!("{} us", given.value * 1e6));
@@ -417,7 +460,14 @@ impl Maker<'_> {
         Some((item.name.clone(), speed, known.unwrap_or_else(|| self.written(item.span))))
     }
 
-    fn step(&mut self, run: &Run, bound: f64, setter: Option<usize>, turning: Option<(f64, usize)>) -> f64 {
+    fn step(
+        &mut self,
+        run: &Run,
+        bound: f64,
+        setter: Option<usize>,
+        turning: Option<(f64, usize)>,
+        stepping: &Stepping,
+    ) -> f64 {
         match run.step.value {
             Step::Fixed(step) => {
                 self.take("run.step", &run.step, format!("{} ns", step * 1e9));
@@ -431,8 +481,8 @@ impl Maker<'_> {
                     self.diagnostics.push(found);
                     return bound.min(1.0);
                 }
-                if step > bound {
-                    self.refuse_step(run, step, bound, setter);
+                if step > bound * stepping.reach {
+                    self.refuse_step(run, step, bound * stepping.reach, setter);
                 }
                 step
             }
@@ -443,7 +493,13 @@ impl Maker<'_> {
                     self.decide("step", "", true, reason, vec![origin]);
                     return self.body_step(run);
                 }
-                let share = if turning.is_some() { ACCURATE } else { SAFETY };
+                if let Some((step, reason)) = self.scheme_step(run, stepping, bound) {
+                    let origin = setter.map_or(origin, |at| self.advice.bounds[at].origin);
+                    self.decide("step", "", true, reason, vec![origin]);
+                    return step;
+                }
+                let safety = if self.pieces.is_empty() { SAFETY } else { NET_SHARE };
+                let share = if turning.is_some() { ACCURATE } else { safety };
                 let turning = turning.filter(|(step, _)| *step < bound);
                 let set_by = turning.map(|(_, at)| at).or(setter).map(|at| &self.advice.bounds[at]);
                 let (part, set_at) = set_by.map_or((String::new(), origin), |set| (set.part.clone(), set.origin));
@@ -451,7 +507,7 @@ impl Maker<'_> {
                     Some(_) => {
                         format!("{part} turns the shortest segment by {TURN} rad in it, and more would lose energy")
                     }
-                    None if share < SAFETY => {
+                    None if share == ACCURATE => {
                         format!("{share} of the stable step that {part} sets: things move, and more would lose energy")
                     }
                     None => format!("{share} of the stable step that {part} sets"),
@@ -470,6 +526,9 @@ impl Maker<'_> {
             found = found.also(self.origins[bound.origin.0 as usize].span, format!("set by {}", bound.part));
         }
         let safe = format!("{:.4} ns", SAFETY * bound * 1e9);
+        if !self.pieces.is_empty() && self.chain_domains().is_empty() {
+            found = found.note("An implicit `integrator`, such as `backward_euler`, takes longer steps.");
+        }
         self.diagnostics.push(found.fix(format!("take {safe}, or `auto`"), run.step.span(), safe.clone()));
     }
 
@@ -482,7 +541,8 @@ impl Maker<'_> {
     }
 
     fn advise(&mut self, steps: u64) {
-        let nodes: u64 = self.unfolded.iter().map(|unfolded| unfolded.positions.len() as u64).sum();
+        let yarns: u64 = self.unfolded.iter().map(|unfolded| unfolded.positions.len() as u64).sum();
+        let nodes = yarns + self.pieces.iter().map(|piece| piece.positions().len() as u64).sum::<u64>();
         let cost: f64 = self.body.passes.iter().map(|pass| pass.cost.bytes).sum();
         self.advice.nodes = nodes;
         self.advice.steps = steps;

@@ -138,12 +138,15 @@ impl Maker<'_> {
     }
 
     fn recorded_domains(&self, selection: &Selection) -> Vec<DomainId> {
-        let places = selection.terms.iter().filter_map(|term| self.place_of(term.item));
-        places
-            .filter_map(|place| match place {
-                Place::Chains(domain) => Some(domain),
-                Place::Body(_) => self.bodies_domain(),
-            })
-            .collect()
+        let own = selection.terms.iter().filter_map(|term| self.place_of(term.item));
+        let own = own.filter_map(|place| match place {
+            Place::Chains(domain) | Place::Net(domain) => Some(domain),
+            Place::Body(_) => self.bodies_domain(),
+        });
+        // A canopy is all of its pieces.
+        let pieces = self.pieces.iter().filter(|piece| {
+            selection.terms.iter().any(|term| piece.item == term.item || self.is_piece(piece.item, term.item))
+        });
+        own.chain(pieces.map(|piece| piece.domain)).collect()
     }
 }

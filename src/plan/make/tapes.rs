@@ -1,8 +1,10 @@
 //! Signals to tapes: each distinct sub-expression becomes one op.
 
+use std::collections::BTreeMap;
+
 use crate::diagnostics::Diagnostic;
 use crate::plan::{Op, Quantity, Reading, Reduction, Slot, Tape, TapeId};
-use crate::scene::{Read, Scene, Signal};
+use crate::scene::{ItemId, PartsOp, Read, Scene, Signal};
 
 use super::Maker;
 
@@ -11,7 +13,8 @@ impl Maker<'_> {
     /// a zero so that the rest of the plan can still be checked.
     pub(super) fn tape(&mut self, name: impl Into<String>, signal: &Signal) -> TapeId {
         let mut tape = Tape { name: name.into(), ops: Vec::new() };
-        let mut lowering = Lowering { scene: self.scene, tape: &mut tape, diagnostics: Vec::new() };
+        let mut lowering =
+            Lowering { scene: self.scene, areas: &self.areas, tape: &mut tape, extreme: None, diagnostics: Vec::new() };
         lowering.signal(signal);
         let found = lowering.diagnostics;
         self.diagnostics.extend(found);
@@ -22,7 +25,11 @@ impl Maker<'_> {
 
 struct Lowering<'a> {
     scene: &'a Scene,
+    /// Areas of sheets, m².
+    areas: &'a BTreeMap<ItemId, f64>,
     tape: &'a mut Tape,
+    /// Inside `largest` or `smallest` of parts.
+    extreme: Option<PartsOp>,
     diagnostics: Vec<Diagnostic>,
 }
 
@@ -57,7 +64,13 @@ impl Lowering<'_> {
                 relative: *relative,
             },
             Signal::Curve { points, at } => Op::Curve { points: points.clone(), at: self.signal(at) },
-            Signal::Parts(op, of) => Op::Parts(*op, of.iter().map(|part| self.signal(part)).collect()),
+            // The largest height of nodes at the end is that of the highest node at the end.
+            Signal::Parts(op, of) => {
+                let extreme = std::mem::replace(&mut self.extreme, Some(*op));
+                let parts = of.iter().map(|part| self.signal(part)).collect();
+                self.extreme = extreme;
+                Op::Parts(*op, parts)
+            }
             Signal::OverTime { op, of, window } => Op::OverTime(Reduction {
                 op: *op,
                 of: self.signal(of),
@@ -70,7 +83,15 @@ impl Lowering<'_> {
 
     fn reading(&mut self, read: &Read) -> Op {
         let item = self.scene.item(read.item);
-        match quantity(&read.output) {
+        if let (Some(area), "area", None) = (self.areas.get(&read.item), read.output.as_str(), read.case) {
+            return Op::Number(*area);
+        }
+        let heights = match (read.output.as_str(), self.extreme) {
+            ("nodes.z", Some(PartsOp::Largest)) => Some(Quantity::Highest),
+            ("nodes.z", Some(PartsOp::Smallest)) => Some(Quantity::Lowest),
+            _ => None,
+        };
+        match heights.or_else(|| quantity(&read.output)) {
             Some(quantity) if read.case.is_none() => Op::Read(Reading { item: item.name.clone(), quantity }),
             _ => {
                 let message = format!("`{}.{}` cannot be read while running yet", item.name, read.output);
@@ -102,6 +123,12 @@ pub(super) fn quantity(output: &str) -> Option<Quantity> {
         "tension" => Quantity::Tension,
         "force" => Quantity::Force,
         "touching" => Quantity::Touching,
+        "projected_area" => Quantity::ProjectedArea,
+        "drag_area" => Quantity::DragArea,
+        "axis" => Quantity::Axis,
+        "gap" => Quantity::Gap,
+        "lowest" => Quantity::Lowest,
+        "highest" => Quantity::Highest,
         _ => return None,
     })
 }

@@ -359,6 +359,7 @@ impl<'t> Elaborator<'t> {
             self.decl_mut(placing.public).state = DeclState::Value(Value::Poison);
             return;
         };
+        self.instance_mut(instance).owner = placing.owner;
         for decl in [Some(placing.own), (placing.own != placing.public).then_some(placing.public)].into_iter().flatten()
         {
             if let DeclState::Expanded { instances, .. } = &mut self.decl_mut(decl).state {

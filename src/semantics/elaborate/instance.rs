@@ -42,6 +42,7 @@ impl<'t> Elaborator<'t> {
             span,
             stage,
             item,
+            owner: None,
             base,
             assigned,
             component: None,

@@ -209,12 +209,13 @@ impl<'t> Elaborator<'t> {
         let length = self.units.quantity("Length").map_or(Dimension::NONE, |id| self.units.dimension_of(id));
         let instance = self.stage.and_then(|stage| self.stage_of(stage).items.get(term.item.0 as usize).copied());
         let kind = instance.map(|id| self.instance(id).kind.clone());
-        if kind.is_some_and(|kind| self.kinds.reserved(&kind).is_none()) {
+        if kind.is_some_and(|kind| ["weave", "strand"].iter().any(|yarns| kind.is(yarns))) {
             let message = format!("reading `.{name}` of single nodes is not available yet");
             self.tell(Diagnostic::error("E0416", message, span, "read an output of the part instead"));
             return Value::Poison;
         }
         if name == "quartic" {
+            self.not_available("quartic", "curves fitted to edges", span);
             return Value::Poison;
         }
         let steps = term.path.iter().filter_map(|step| match step {

@@ -224,6 +224,8 @@ pub struct Instance<'t> {
     pub stage: Option<StageId>,
     /// None for values and for what is not in the scene.
     pub item: Option<ItemId>,
+    /// The component instance that it is a piece of.
+    pub owner: Option<InstanceId>,
     pub base: Option<Rc<Object>>,
     /// By the first name of the path.
     pub assigned: BTreeMap<Rc<str>, Vec<Assignment<'t>>>,

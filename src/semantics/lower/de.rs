@@ -267,7 +267,8 @@ impl<'de> Deserializer<'de> for De<'_> {
             Value::Symbol { name, .. } => named(name),
             Value::Object(object) => named(&object.kind),
             Value::Number(_) => named("fixed"),
-            Value::Selection(_) | Value::Item(_) => named("parts"),
+            Value::Selection(_) | Value::Item(_) => named("parts").or_else(|| named("on")),
+            Value::List(_) => named("at"),
             Value::Signal(_) => named("output"),
             _ => None,
         };

@@ -4,6 +4,7 @@
 
 mod de;
 mod draft;
+mod pieces;
 mod threads;
 
 use crate::diagnostics::{Diagnostic, Span};
@@ -17,18 +18,25 @@ pub use de::{LowerError, from_object};
 pub use draft::{draft_from_wif, draft_of};
 
 /// Fields that are declared and checked, and that no pass reads yet; a block that writes one cannot run.
-pub const NOT_YET: [(&str, &str, &str); 7] = [
+pub const NOT_YET: [(&str, &str, &str); 8] = [
     ("strand", "position", "placing of strands other than by `between`"),
     ("strand", "turn", "placing of strands other than by `between`"),
     ("action", "during", "stages"),
     ("fix", "to", "moved places"),
-    ("body", "hangs_from", "the solver for cords"),
+    ("line", "position", "placing of lines other than by their places"),
+    ("line", "turn", "placing of lines other than by their places"),
     ("run", "accuracy", "error control"),
     ("run", "judged_by", "error control"),
 ];
 
 /// The kinds that have a struct.
-const LOWERED: [&str; 10] = ["weave", "strand", "body", "fix", "pull", "contact", "run", "record", "picture", "probe"];
+const LOWERED: [&str; 19] = [
+    "weave", "strand", "body", "cloth", "gore", "seam", "line", "canopy", "air", "fix", "pull", "push", "cut",
+    "stretch", "contact", "run", "record", "picture", "probe",
+];
+
+/// Fields of `air` that only a flow solver reads.
+pub const FLOW_ONLY: [&str; 7] = ["size", "around", "cell", "centre", "outlet", "sides", "follows"];
 
 impl Elaborator<'_> {
     /// The typed form of an item; None where it has errors, which are then reported.
@@ -56,8 +64,13 @@ impl Elaborator<'_> {
             self.not_available(&kind.name, "", span);
             return Some(ItemBody::Reserved(String::new()));
         };
+        if struct_kind == "air" {
+            self.warn_of_unread_air(object);
+        }
         let prepared = match struct_kind {
             "weave" => self.with_threads(object)?,
+            "cloth" => self.with_fabric(object),
+            "gore" => self.with_stations(object)?,
             _ => object.clone(),
         };
         let lowered = self.lowered(struct_kind, &prepared);
@@ -82,6 +95,15 @@ impl Elaborator<'_> {
             "weave" => ItemBody::Weave(from_object(object, kinds)?),
             "strand" => ItemBody::Strand(from_object(object, kinds)?),
             "body" => ItemBody::Body(from_object(object, kinds)?),
+            "cloth" => ItemBody::Cloth(from_object(object, kinds)?),
+            "gore" => ItemBody::Gore(from_object(object, kinds)?),
+            "seam" => ItemBody::Seam(from_object(object, kinds)?),
+            "line" => ItemBody::Line(from_object(object, kinds)?),
+            "canopy" => ItemBody::Canopy(from_object(object, kinds)?),
+            "air" => ItemBody::Air(from_object(object, kinds)?),
+            "push" => ItemBody::Push(from_object(object, kinds)?),
+            "cut" => ItemBody::Cut(from_object(object, kinds)?),
+            "stretch" => ItemBody::Stretch(from_object(object, kinds)?),
             "fix" => ItemBody::Fix(from_object(object, kinds)?),
             "pull" => ItemBody::Pull(from_object(object, kinds)?),
             "contact" => ItemBody::Contact(from_object(object, kinds)?),
@@ -109,10 +131,70 @@ impl Elaborator<'_> {
         {
             early.push(("backend = gpu", "the GPU backend", origin.span));
         }
+        early.extend(self.forms_too_early(object));
         for (field, until, span) in &early {
             self.not_available(field, until, *span);
         }
         early.first().map(|(_, until, _)| (*until).to_owned())
+    }
+}
+
+impl Elaborator<'_> {
+    /// Values of fields that are declared and checked, and that nothing can run yet.
+    fn forms_too_early(&self, object: &Object) -> Option<(&'static str, &'static str, Span)> {
+        let is = |kind: &str| self.kinds.descends(&object.kind, kind);
+        let value = |field: &str| object.fields.get(field).map(|slot| (&slot.value, slot.origin.span));
+        let called = |field: &str, kind: &str| match value(field) {
+            Some((Value::Object(object), span)) if &*object.kind == kind => Some(span),
+            _ => None,
+        };
+        if is("cloth") || is("gore") {
+            if let Some(span) = called("fabric", "homogenise") {
+                return Some(("homogenise", "fabrics computed from yarns", span));
+            }
+            if let Some(span) = called("cell", "adaptive") {
+                return Some(("adaptive", "meshes that refine themselves", span));
+            }
+        }
+        if is("cloth") || is("canopy") {
+            if let Some(span) = called("start", "bagged") {
+                return Some(("bagged", "folding", span));
+            }
+            if let Some((Value::State { .. }, span)) = value("start") {
+                return Some(("start", "sheets that start from a state", span));
+            }
+        }
+        if is("line")
+            && let Some((Value::Truth(true), span)) = value("slides")
+        {
+            return Some(("slides", "lines that slide", span));
+        }
+        if is("air")
+            && let Some(Slot { value: Value::Symbol { name, .. }, origin }) = object.fields.get("model")
+            && **name != *"quasi_steady"
+        {
+            let kind = Span { end: object.span.start + object.kind.len() as u32, ..object.span };
+            let span = if origin.how == How::Default { kind } else { origin.span };
+            let what = if **name == *"compressible" { "compressible air" } else { "incompressible air" };
+            return Some((what, "the flow solver; `model = quasi_steady` runs", span));
+        }
+        None
+    }
+
+    /// W0451: what only a flow solver would read.
+    fn warn_of_unread_air(&mut self, air: &Object) {
+        let written = |field: &&str| {
+            let slot = air.fields.get(*field);
+            slot.filter(|slot| !matches!(slot.value, Value::Absent) && slot.origin.how != How::Default)
+        };
+        let unread: Vec<&str> = FLOW_ONLY.into_iter().filter(|field| written(field).is_some()).collect();
+        let Some(first) = unread.first().and_then(written) else { return };
+        let list: Vec<String> = unread.iter().map(|field| format!("`{field}`")).collect();
+        let message = format!("quasi-steady air solves no flow and does not read {}", list.join(", "));
+        let problem = Diagnostic::warning("W0451", message, first.origin.span, "not read");
+        self.tell(
+            problem.note("they are kept for `incompressible` and `compressible`, which come with the flow solver"),
+        );
     }
 }
 

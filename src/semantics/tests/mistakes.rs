@@ -95,9 +95,11 @@ fn what_is_unused_is_a_warning_and_only_in_a_file_without_errors() {
 
 #[test]
 fn reserved_kinds_are_checked_and_then_said_to_wait() {
-    let text =
-        |cell: &str| format!("{RUN}cloth c {{ fabric = fabrics.cotton_sheet; shape = disc(1 m); cell = {cell} }}\n");
-    assert_eq!(codes(&text("10 mm")), ["W0450"]);
+    let text = |stress: &str| {
+        let solid = "shape = sphere(1 m); density = 1 g/cm^3; viscosity = 1 Pa*s";
+        format!("{RUN}backing c {{ {solid}; yield = {stress} }}\n")
+    };
+    assert_eq!(codes(&text("10 kPa")), ["W0450"]);
     let found = codes(&text("10 kg"));
     assert!(found.iter().any(|code| code.starts_with("E03")), "{found:?}");
 }
