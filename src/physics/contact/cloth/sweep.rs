@@ -28,15 +28,15 @@ pub(super) struct Hits {
 /// Candidates looked at by one task.
 const BATCH: usize = 1024;
 
-/// Share of the thickness, or of a smaller distance at the start, that must be left all the time.
+/// Share of the thickness that must be left all the time, however short the steps are.
 const KEPT: f64 = 0.5;
 
 /// Share of the thickness by which a step may end too near before it gets another row.
 const SLACK: f64 = 0.02;
 
-/// Distance that must be left, m.
+/// Distance that must be left, m. What starts nearer than it should may lose a tenth of what there is.
 pub(super) fn separation(thickness: f64, distance: f64) -> f64 {
-    KEPT * thickness.min(distance.max(0.0))
+    if distance > KEPT * thickness { KEPT * thickness } else { 0.9 * distance.max(0.0) }
 }
 
 /// All meetings of the step, in the order of the candidates. Returns the number of tests.
@@ -131,8 +131,8 @@ fn body_pair(scene: &Scene<'_>, pair: &BodyPair, hits: &mut Hits) {
         }
         distance = element_near(x, is_face, solid).near.distance;
     }
-    // An overlap that the rows are parting may not deepen by half a thickness more.
-    let kept = if distance > 0.0 { separation(thickness, distance) } else { distance - KEPT * thickness };
+    // An overlap of the middle surface, from the start on, may hardly deepen while the rows part it.
+    let kept = if distance > 0.0 { separation(thickness, distance) } else { distance - SLACK * thickness };
     hits.tests += 1;
     let wanted = thickness.min(distance) - SLACK * thickness;
     let end = course.at(1.0);
