@@ -27,6 +27,7 @@ fn report(name: &str, w: &World) {
 fn kept(name: &str, w: &World) {
     report(name, w);
     assert_eq!(w.crossings, 0, "{name}: something passed");
+    assert!(!w.stuck, "{name}: stuck");
     assert!(w.deepest_in_body > 0.0, "{name}: {} m into a body", w.deepest_in_body);
     assert!(w.worst_gain < 1e-9, "{name}: contact raised the kinetic energy by {:e}", w.worst_gain);
     assert!(w.position.iter().all(|x| x.is_finite()), "{name}");
@@ -160,7 +161,7 @@ fn friction_holds_and_lets_go_at_its_angle() {
     for (name, kind) in [("cloth", 0), ("string", 1), ("body", 2)] {
         for (share, slides) in [(0.99, false), (1.01, true)] {
             let friction = 0.3;
-            let slope = (friction * share as f64).atan();
+            let slope = f64::atan(friction * share);
             let turn = DQuat::from_rotation_y(slope);
             let mut w = world();
             let up = turn * DVec3::Z;
@@ -279,4 +280,47 @@ fn what_has_no_size_is_refused() {
     assert!(matches!(Features::new(&[point], rest.clone()), Err(FeatureError::Empty { .. })));
     let thin = Part { half_thickness: 0.0, ..Part::default() };
     assert!(matches!(Features::new(&[thin], rest), Err(FeatureError::Thickness { .. })));
+}
+
+/// One sweep and one round cannot settle a crash: rigid zones must.
+#[test]
+fn zones_settle_what_the_sweeps_do_not() {
+    let mut w = world();
+    w.gravity = DVec3::ZERO;
+    w.sheet(8, 0.02, 1e-3, 0.2, 40.0, |x| x);
+    let slant = DQuat::from_rotation_x(0.2);
+    let b = w.sheet(8, 0.02, 1e-3, 0.7, 40.0, |x| slant * x + DVec3::new(0.01, 0.004, 0.02));
+    w.velocity[b..].fill(DVec3::new(0.3, 0.0, -30.0));
+    w.touch_all(0.0, 0.0, 0.0);
+    (w.settings.sweeps, w.settings.rounds) = (1, 1);
+    let first = w.momentum();
+    (0..40).for_each(|_| w.step(2e-4));
+    kept("zones", &w);
+    assert!(w.zones > 0);
+    let error = (w.momentum() - first).length() / first.length();
+    println!("momentum off by {error:e}");
+    assert!(error < 1e-12);
+}
+
+/// Two bodies that nothing can move close below the cloth's thickness: that cannot be, and it is said.
+#[test]
+fn cloth_pinched_by_what_cannot_be_moved_stops_the_run() {
+    let mut w = world();
+    w.gravity = DVec3::ZERO;
+    w.sheet(1, 0.02, 1e-3, 0.2, 40.0, |x| x);
+    let solid = Solid::Box { half: DVec3::new(0.1, 0.1, 0.01) };
+    w.body(solid, 0.0, DVec3::Z * -0.0115, DQuat::IDENTITY, DVec3::ZERO);
+    w.body(solid, 0.0, DVec3::Z * 0.0125, DQuat::IDENTITY, DVec3::Z * -0.1);
+    w.touch_all(0.0, 0.2, 0.2);
+    (w.settings.sweeps, w.settings.rounds, w.settings.zone_rounds) = (50, 3, 2);
+    let mut steps = 0;
+    while !w.stuck && steps < 100 {
+        w.step(5e-4);
+        steps += 1;
+    }
+    report("pinch", &w);
+    assert!(w.stuck && w.crossings == 0 && w.deepest_in_body > 0.0, "{steps} steps");
+    let gap = w.bodies.position[1].z - 0.01 - (w.bodies.position[0].z + 0.01);
+    println!("stopped at a gap of {gap}");
+    assert!((1e-3 - 1e-9..2.0e-3).contains(&gap));
 }

@@ -178,10 +178,9 @@ impl BodyMeet<'_> {
                 }
             }
         }
-        if let Some((distance, normal, [p, q])) = apart(self.solids, self.courses.map(|c| c.start)) {
-            if distance <= reach {
-                out.push(self.row(u32::MAX, normal, distance, 0.5 * (p + q)));
-            }
+        let nearest = apart(self.solids, self.courses.map(|c| c.start)).filter(|found| found.0 <= reach);
+        if let Some((distance, normal, [p, q])) = nearest {
+            out.push(self.row(u32::MAX, normal, distance, 0.5 * (p + q)));
         }
     }
 

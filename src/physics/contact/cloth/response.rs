@@ -22,7 +22,7 @@ pub(super) struct Task {
 impl Task {
     /// Speed at which an overlap beyond the tolerance parts, m/s.
     fn parting(&self, gap: f64) -> f64 {
-        ((-gap - self.tolerance) / PARTING).clamp(0.0, 0.25 * self.tolerance) / self.h
+        ((-gap - self.tolerance) / PARTING).clamp(0.0, 16.0 * self.tolerance) / self.h
     }
 
     /// Least normal speed after the step: the gap may be used up; what closes in this step rebounds with the coefficient

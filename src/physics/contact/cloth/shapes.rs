@@ -85,9 +85,9 @@ pub(super) fn element_near(x: [DVec3; 3], is_face: bool, solid: &Solid) -> Eleme
             (out.weights[k], out.weights[next]) = (1.0 - side.t, side.t);
         }
     }
-    for k in 0..if is_face { 3 } else { 2 } {
-        if corners[k].distance < out.near.distance {
-            out.near = corners[k];
+    for (k, corner) in corners.iter().enumerate().take(if is_face { 3 } else { 2 }) {
+        if corner.distance < out.near.distance {
+            out.near = *corner;
             out.weights = [0.0; 3];
             out.weights[k] = 1.0;
         }

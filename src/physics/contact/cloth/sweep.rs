@@ -28,15 +28,22 @@ pub(super) struct Hits {
 /// Candidates looked at by one task.
 const BATCH: usize = 1024;
 
-/// Share of the thickness, or of a smaller distance at the start, that must be left all the time.
+/// Share of the thickness that must be left all the time, however short the steps are.
 const KEPT: f64 = 0.5;
 
-/// Share of the thickness by which a step may end too near before it gets another row.
+/// Share of the thickness by which a step may end too near before it gets another row, and by which what is too near
+/// already may come nearer.
 const SLACK: f64 = 0.02;
+const CREEP: f64 = 0.005;
 
-/// Distance that must be left, m.
+/// Distance at the end of a step under which a pair gets another row, m.
+fn wanted(thickness: f64, distance: f64) -> f64 {
+    ((1.0 - SLACK) * thickness).min(distance - CREEP * thickness)
+}
+
+/// Distance that must be left, m. What starts nearer than it should may lose a tenth of what there is.
 pub(super) fn separation(thickness: f64, distance: f64) -> f64 {
-    KEPT * thickness.min(distance.max(0.0))
+    if distance > KEPT * thickness { KEPT * thickness } else { 0.9 * distance.max(0.0) }
 }
 
 /// All meetings of the step, in the order of the candidates. Returns the number of tests.
@@ -81,7 +88,7 @@ pub(super) fn sweep(
 fn net_pair(scene: &Scene<'_>, pair: &Pair, distance: f64, hits: &mut Hits) {
     let motion = pair.nodes.map(|n| scene.h * scene.velocity[n as usize]);
     let closing = closing(pair.is_face, motion);
-    let wanted = pair.thickness.min(distance) - SLACK * pair.thickness;
+    let wanted = wanted(pair.thickness, distance);
     if distance - wanted > closing {
         return;
     }
@@ -131,10 +138,10 @@ fn body_pair(scene: &Scene<'_>, pair: &BodyPair, hits: &mut Hits) {
         }
         distance = element_near(x, is_face, solid).near.distance;
     }
-    // An overlap that the rows are parting may not deepen by half a thickness more.
-    let kept = if distance > 0.0 { separation(thickness, distance) } else { distance - KEPT * thickness };
+    // An overlap of the middle surface, from the start on, may hardly deepen while the rows part it.
+    let kept = if distance > 0.0 { separation(thickness, distance) } else { distance - SLACK * thickness };
     hits.tests += 1;
-    let wanted = thickness.min(distance) - SLACK * thickness;
+    let wanted = wanted(thickness, distance);
     let end = course.at(1.0);
     let ends_near = || {
         let x = [0, 1, 2].map(|k| end.local(start[k] + motion[k]));

@@ -35,7 +35,7 @@ pub(super) struct Scene<'a> {
 }
 
 /// An edge or a face has a row of its own where it is nearer than its corners by this share of the thickness.
-const DEEPER: f64 = 0.05;
+const DEEPER: f64 = 0.02;
 
 impl Scene<'_> {
     /// Elements of one part that can meet the body within the step.
