@@ -109,9 +109,28 @@ impl NetRun {
         for part in &run.parts {
             self.elements.pressure(PartId(*part as u32), x, pressure, &mut self.air);
         }
+        self.resist(canopy, density, wind - felt);
+        let run = &self.air_of[canopy];
         let rest = along * (dynamic * drag_area) - area * pressure;
         for (node, share) in &run.share {
             self.air[*node as usize] += rest * *share;
+        }
+    }
+
+    /// Still air resists the cloth where it moves against the canopy as a whole: ½ρ·u² along the normal of each triangle,
+    /// u its speed that way. Without it a light cloth would fly open as fast as its own mass lets it. Nothing of it is
+    /// left in steady descent.
+    fn resist(&mut self, canopy: usize, density: f64, whole: DVec3) {
+        let (x, v) = (&self.net.position, &self.net.velocity);
+        for part in &self.air_of[canopy].parts {
+            for nodes in self.elements.triangles_of(PartId(*part as u32)) {
+                let [a, b, c] = nodes.map(|node| node as usize);
+                let area = (x[b] - x[a]).cross(x[c] - x[a]) * 0.5;
+                let normal = area.normalize_or_zero();
+                let speed = ((v[a] + v[b] + v[c]) / 3.0 - whole).dot(normal);
+                let push = area * (-0.5 * density * speed * speed.abs() / 3.0);
+                nodes.iter().for_each(|node| self.air[*node as usize] += push);
+            }
         }
     }
 
