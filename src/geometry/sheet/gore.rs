@@ -1,6 +1,6 @@
 //! Gores: rows of nodes straight across, as many on either side, so that neighbours weld node to node.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 use super::ring;
 use super::rows::{self, Row};
@@ -30,19 +30,40 @@ pub(super) fn gore(recipe: &SheetRecipe, length: f64, given: &[[f64; 2]]) -> Res
     no_needles(&nodes, &triangles)?;
     let mut mesh = match recipe.lay {
         Lay::Flat => flat(recipe, &nodes, triangles),
-        Lay::Ring { index, of, height, fold } => {
-            let profile = ring::profile(&grid.rows, of, height, fold)?;
-            let mut position = Vec::with_capacity(nodes.len());
-            for (j, row) in profile.iter().enumerate() {
-                let across = ring::Across::new(*row, index, of);
-                let count = grid.counts[j];
-                position.extend((0..=count).map(|k| recipe.placement.place(across.at(k, count))));
-            }
+        Lay::Ring { fold, .. } => {
+            let position = hung(recipe, &grid, fold)?;
             SheetMesh { material: to_grain(recipe, &nodes), position, triangles, ..SheetMesh::default() }
         }
     };
     name_edges(&grid, &mut mesh);
     Ok(mesh)
+}
+
+/// Where the nodes of a folded gore of a ring would lie as constructed; none for any other.
+pub(super) fn constructed(
+    recipe: &SheetRecipe,
+    length: f64,
+    given: &[[f64; 2]],
+) -> Result<Option<Vec<DVec3>>, SheetError> {
+    match &recipe.lay {
+        Lay::Ring { fold, .. } if *fold != Fold::Open => {
+            let grid = grid(&rows::stations(length, given)?, recipe.cell, true)?;
+            hung(recipe, &grid, Fold::Open).map(Some)
+        }
+        _ => Ok(None),
+    }
+}
+
+/// Places of a ring's nodes, folded so.
+fn hung(recipe: &SheetRecipe, grid: &Grid, fold: Fold) -> Result<Vec<DVec3>, SheetError> {
+    let Lay::Ring { index, of, height, .. } = recipe.lay else { return Ok(Vec::new()) };
+    let mut position = Vec::new();
+    for (j, row) in ring::profile(&grid.rows, of, height, fold)?.iter().enumerate() {
+        let across = ring::Across::new(*row, index, of);
+        let count = grid.counts[j];
+        position.extend((0..=count).map(|k| recipe.placement.place(across.at(k, count))));
+    }
+    Ok(position)
 }
 
 fn grid(stations: &[Row], cell: f64, folded: bool) -> Result<Grid, SheetError> {

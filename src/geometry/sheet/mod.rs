@@ -182,6 +182,17 @@ pub fn unfold(recipe: &SheetRecipe) -> Result<SheetMesh, SheetError> {
     }
 }
 
+/// Where the nodes of a piece that starts folded would lie as constructed, m; none where it starts so anyway.
+///
+/// # Errors
+/// As [`unfold`].
+pub fn constructed(recipe: &SheetRecipe) -> Result<Option<Vec<DVec3>>, SheetError> {
+    match &recipe.pattern {
+        Pattern::Gore { length, stations } => gore::constructed(recipe, *length, stations),
+        _ => Ok(None),
+    }
+}
+
 /// Area of the outline, m².
 pub fn area(mesh: &SheetMesh) -> f64 {
     let of = |t: &[u32; 3]| {

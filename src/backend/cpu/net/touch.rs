@@ -7,7 +7,7 @@ use super::{NetKind, NetRun};
 use crate::backend::cpu::Refusal;
 use crate::backend::cpu::engine::Engine;
 use crate::backend::observe::HaltReason;
-use crate::geometry::sheet::{self, Fold, Lay};
+use crate::geometry::sheet;
 use crate::physics::contact::cloth::{
     ClothContact, ClothContactStats, ClothMemory, ClothRule, ClothSettings, ClothSide, Features, Part,
 };
@@ -56,13 +56,8 @@ fn unfolded(plan: &Plan, net: &NetRun) -> Vec<DVec3> {
     for part in net.parts.iter().rev() {
         let Some(domain) = part.domain else { continue };
         let Recipe::Sheet { mesh, .. } = &plan.body.domains[domain.0 as usize].recipe else { continue };
-        let Lay::Ring { index, of, height, fold } = &mesh.lay else { continue };
-        if *fold == Fold::Open {
-            continue;
-        }
-        let open = Lay::Ring { index: *index, of: *of, height: *height, fold: Fold::Open };
-        if let Ok(mesh) = sheet::unfold(&sheet::SheetRecipe { lay: open, ..mesh.clone() }) {
-            part.node_of.iter().zip(mesh.position).for_each(|(node, place)| rest[*node as usize] = place);
+        if let Ok(Some(constructed)) = sheet::constructed(mesh) {
+            part.node_of.iter().zip(constructed).for_each(|(node, place)| rest[*node as usize] = place);
         }
     }
     rest
