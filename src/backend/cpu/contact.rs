@@ -92,6 +92,13 @@ impl Engine<'_> {
         impulse.map_or(DVec3::ZERO, |[linear, _]| *linear / self.h)
     }
 
+    /// Sections come to rest with the nodes. Their energy went through contact and is booked there.
+    pub(super) fn stop_sections(&mut self) {
+        if let Some(touch) = &mut self.touch {
+            touch.solver.stop_sections(&self.chains);
+        }
+    }
+
     /// What the next step takes over; empty without contact.
     pub(super) fn contact_memory(&self) -> ContactMemory {
         self.touch.as_ref().map_or_else(ContactMemory::default, |touch| touch.solver.memory())

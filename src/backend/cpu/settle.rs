@@ -28,6 +28,7 @@ impl Engine<'_> {
     /// All velocities that nothing drives become zero; their energy is booked as taken by settling.
     fn stop_all(&mut self) {
         self.measure();
+        self.stop_sections();
         for (account, part) in self.ledger.accounts.iter_mut().zip(&self.parts) {
             account.now.settling -= account.now.kinetic;
             for i in part.nodes.clone() {

@@ -11,9 +11,11 @@ mod broad;
 mod candidates;
 mod chunk;
 mod flatten;
+mod fold;
 mod islands;
 mod law;
 mod narrow;
+mod relinearise;
 mod response;
 mod stats;
 mod step;
@@ -30,6 +32,7 @@ pub use stats::{ContactStats, RuleTotals, Seconds};
 use block::{Block, Task};
 use candidates::{Candidates, Group};
 use chunk::{Chunks, mean_velocity};
+use flatten::Sections;
 use islands::Islands;
 use law::Laws;
 use narrow::{BodyFrame, Scene, Touch};
@@ -57,6 +60,9 @@ pub struct Contact {
     chunks: Chunks,
     candidates: Candidates,
     near_bodies: Vec<NearBody>,
+    sections: Sections,
+    /// Family of each node; empty where nothing flattens.
+    family_of: Vec<u16>,
     islands: Islands,
     narrow: Vec<NarrowBlock>,
     touches: [Vec<Touch>; 2],
@@ -75,6 +81,9 @@ pub struct ContactMemory {
     impulses: [Vec<(u64, DVec3)>; 2],
     /// Length of the step they belong to, s.
     step: f64,
+    /// Rates of the sections' shapes by node, m/s; empty where nothing flattens.
+    #[serde(default)]
+    shapes: Vec<f64>,
 }
 
 /// Groups in a block of the narrow phase.
@@ -119,7 +128,14 @@ impl Contact {
             })
             .collect();
         let nodes = chains.position.len();
+        let flattening = if laws.flattens() { nodes } else { 0 };
+        let mut family_of = vec![0; flattening];
+        for (yarn, family) in chains.yarns.iter().zip(&laws.of_yarn).take(flattening) {
+            family_of[yarn.nodes.start as usize..yarn.nodes.end as usize].fill(*family);
+        }
         Self {
+            sections: Sections { rate: vec![0.0; flattening], before: vec![0.0; flattening] },
+            family_of,
             settings,
             rules: rules.len(),
             chunks: Chunks::new(chains, &laws),
@@ -140,13 +156,24 @@ impl Contact {
     /// All that the next step takes over from the last ones.
     pub fn memory(&self) -> ContactMemory {
         let pressed = |side: usize| self.last[side].iter().filter(|(_, p)| *p != DVec3::ZERO).copied().collect();
-        ContactMemory { impulses: [pressed(0), pressed(1)], step: self.last_h }
+        let shapes = self.sections.rate.clone();
+        ContactMemory { impulses: [pressed(0), pressed(1)], step: self.last_h, shapes }
     }
 
     /// Goes on from a checkpoint's memory.
     pub fn recall(&mut self, memory: ContactMemory) {
         self.last = memory.impulses;
         self.last_h = memory.step;
+        if memory.shapes.len() == self.sections.rate.len() {
+            self.sections.rate = memory.shapes;
+        }
+    }
+
+    /// Brings all sections' shapes to rest; returns the kinetic energy that they had, J.
+    pub fn stop_sections(&mut self, chains: &Chains) -> f64 {
+        let had = self.sections.kinetic(chains);
+        self.sections.rate.fill(0.0);
+        had
     }
 
     /// Corrects the velocities of a step of `h` s, after the kick and before the drift. `approach` are the nodes'
@@ -190,7 +217,10 @@ impl Contact {
         let clock = Instant::now();
         let drift = mean_velocity(&chains.velocity, parallel);
         let floor = 0.5 * self.settings.tolerance;
-        self.chunks.watch::<FLAT>(chains, &self.laws, h, drift, floor, parallel);
+        if FLAT {
+            stats.compaction = self.coast(h, chains);
+        }
+        self.chunks.watch::<FLAT>(chains, &self.sections.rate, &self.laws, h, drift, floor, parallel);
         for body in &mut self.near_bodies {
             body.watch(bodies, h, drift, floor);
         }
@@ -208,15 +238,15 @@ impl Contact {
             let gained = self.gained();
             self.scatter(chains, bodies);
             stats.seconds.response += clock.elapsed().as_secs_f64();
-            if stats.passes < PASSES && self.outrun(chains, bodies, h, drift, parallel) {
-                self.take_back(chains, bodies);
+            if stats.passes < PASSES && self.outrun::<FLAT>(chains, bodies, h, drift, parallel) {
+                self.take_back(h, chains, bodies);
                 continue;
             }
             // Newton's restitution at several touches at once, or with friction, can raise the energy: such a step is
             // done again without it.
             if restitution && gained && stats.passes < PASSES + 1 {
                 restitution = false;
-                self.take_back(chains, bodies);
+                self.take_back(h, chains, bodies);
                 continue;
             }
             break;
