@@ -2,7 +2,7 @@
 //! allocation, a fixed number of iterations.
 
 use super::section::Section;
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 /// Closest points of two segments A and B.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -101,6 +101,23 @@ impl Tube {
         let (p, q) = (n.dot(self.thick[k]), n.dot(self.wide[k]));
         let h = (p * p + q * q).sqrt();
         if h > 0.0 { (self.thick[k] * p + self.wide[k] * q) / h } else { DVec3::ZERO }
+    }
+
+    /// The same tube in axes that stand at `origin`, turned by the inverse of `back`.
+    pub fn seen_from(&self, origin: DVec3, back: DQuat) -> Self {
+        let place = |x: DVec3| back * (x - origin);
+        Self {
+            a: place(self.a),
+            b: place(self.b),
+            tangent: back * self.tangent,
+            thick: self.thick.map(|u| back * u),
+            wide: self.wide.map(|u| back * u),
+        }
+    }
+
+    /// The line on the surface that faces along −`n`: where a body under the tube is met, m.
+    pub fn under_line(&self, n: DVec3) -> [DVec3; 2] {
+        [self.a - self.support_point(0, n), self.b - self.support_point(1, n)]
     }
 
     /// The tube's lowest point along `n`.
@@ -251,69 +268,69 @@ fn turned(a: &Tube, b: &Tube, near: Closest, limit: f64) -> TubeGap {
         }
     }
     let margin = 0.25 * (a.thick[0].length() + b.thick[0].length());
-    for _ in 0..SHIFTS {
-        if best.0 > limit {
-            break;
-        }
-        let shift = best.1 * (margin - best.0).max(0.0);
-        let found = descend(a, b, shift, best.1, |n| {
-            let gap = separation(a, b, n);
-            if gap > best.0 {
-                best = (gap, n);
-            }
-            best.0 > limit
-        });
-        // Once the normal stays, moving apart along it changed nothing.
-        if found.dot(shift.normalize_or_zero()) > 1.0 - 1e-6 {
-            break;
-        }
-    }
-    let touch = closest_surfaces(a, b, best.1);
-    if let Some(n) = lines_normal(a, b, best.1) {
-        let gap = separation(a, b, n);
-        if gap > best.0 {
+    let (gap, normal) = widest_slab(|n| a.lowest(n) - b.lowest(-n), best, margin, limit);
+    if let Some(n) = lines_normal(a, b, normal) {
+        let exact = separation(a, b, n);
+        if exact > gap {
             let touch = closest_surfaces(a, b, n);
-            return TubeGap { gap, s: touch.s, t: touch.t, normal: n };
+            return TubeGap { gap: exact, s: touch.s, t: touch.t, normal: n };
         }
     }
-    TubeGap { gap: best.0, s: touch.s, t: touch.t, normal: best.1 }
+    let touch = closest_surfaces(a, b, normal);
+    TubeGap { gap, s: touch.s, t: touch.t, normal }
 }
 
-/// Times that the tubes are moved apart anew, along the last normal.
+/// Gap (m) and normal, from the body to the tube, of a tube and a convex body given by its point farthest along a
+/// direction; `start` is a unit guess. The gap is never more than the true one; once it is known to exceed `limit` the
+/// search stops.
+pub fn body_gap(tube: &Tube, farthest: impl Fn(DVec3) -> DVec3, start: DVec3, limit: f64) -> (f64, DVec3) {
+    let lowest = |n: DVec3| tube.lowest(n) - farthest(n);
+    let margin = 0.25 * tube.thick[0].length();
+    widest_slab(lowest, (lowest(start).dot(start), start), margin, limit)
+}
+
+/// Times that the two are moved apart anew, along the last normal.
 const SHIFTS: usize = 2;
 /// Steps of the descent.
 const STEPS: usize = 12;
 
-/// Unit vector from the nearest point of B to that of A moved by `shift`, by the descent of Gilbert, Johnson & Keerthi
-/// (IEEE J. Robot. Autom. 4, 1988): the difference of the tubes is approached by a simplex of its extreme points. `look`
-/// sees every normal on the way and may end it.
-fn descend(a: &Tube, b: &Tube, shift: DVec3, start: DVec3, mut look: impl FnMut(DVec3) -> bool) -> DVec3 {
-    let mut simplex = [DVec3::ZERO; 4];
-    let mut count = 0;
-    let mut n = start;
-    let mut nearest = DVec3::ZERO;
-    for step in 0..STEPS {
-        let point = a.lowest(n) - b.lowest(-n) + shift;
-        if step > 0 {
+/// The widest slab between two convex sets, A above B, and its unit normal. `lowest` gives the point of the difference
+/// A − B that lies lowest along a direction; `best` is the first guess with its slab. By the descent of Gilbert, Johnson &
+/// Keerthi (IEEE J. Robot. Autom. 4, 1988): the difference is approached by a simplex of its extreme points.
+fn widest_slab(lowest: impl Fn(DVec3) -> DVec3, mut best: (f64, DVec3), margin: f64, limit: f64) -> (f64, DVec3) {
+    for _ in 0..SHIFTS {
+        let shift = best.1 * (margin - best.0).max(0.0);
+        let (mut simplex, mut count) = ([DVec3::ZERO; 4], 0);
+        let mut n = best.1;
+        let mut nearest = DVec3::ZERO;
+        for step in 0..STEPS {
+            let point = lowest(n);
+            let slab = point.dot(n);
+            if slab > best.0 {
+                best = (slab, n);
+            }
+            if best.0 > limit {
+                return best;
+            }
+            let point = point + shift;
             // No point of the difference lies lower along n by more than that.
-            let left = nearest.length() - point.dot(n);
-            if left <= 1e-7 * nearest.length() {
+            if step > 0 && nearest.length() - point.dot(n) <= 1e-7 * nearest.length() {
                 break;
             }
+            simplex[count] = point;
+            (nearest, count) = nearest_of(&mut simplex, count + 1);
+            match nearest.try_normalize() {
+                Some(towards) if count < 4 => n = towards,
+                // The origin is inside: they overlap even so.
+                _ => break,
+            }
         }
-        simplex[count] = point;
-        count += 1;
-        (nearest, count) = nearest_of(&mut simplex, count);
-        match nearest.try_normalize() {
-            Some(towards) if count < 4 => n = towards,
-            // The origin is inside: the tubes overlap even so.
-            _ => break,
-        }
-        if look(n) {
+        // Once the normal stays, moving apart along it changed nothing.
+        if n.dot(shift.normalize_or_zero()) > 1.0 - 1e-6 {
             break;
         }
     }
-    n
+    best
 }
 
 /// The point of a simplex nearest to the origin; keeps only the corners that it lies between.
@@ -388,7 +405,6 @@ fn on_face(simplex: &mut [DVec3; 4], [i, j, k]: [usize; 3]) -> (DVec3, usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DQuat;
     use proptest::prelude::*;
 
     fn point() -> impl Strategy<Value = DVec3> {

@@ -172,8 +172,7 @@ impl Oracle {
     pub fn compare(&mut self, chains: &Chains, bodies: &Bodies, time: f64) -> (Option<Deepest>, u64) {
         let over = |depth: f64, thin: f64| depth > self.settings.tolerance * thin;
         let count = self.segments.len();
-        let tubes: Vec<Tube> =
-            (0..count).into_par_iter().with_min_len(1024).map(|k| self.tube(chains, k)).collect();
+        let tubes: Vec<Tube> = (0..count).into_par_iter().with_min_len(1024).map(|k| self.tube(chains, k)).collect();
         let boxes: Vec<_> = tubes.par_iter().with_min_len(1024).map(Tube::bounds).collect();
         let near = pairs(&boxes, |a, b| !is_bend(chains, self.segments[a as usize], self.segments[b as usize]));
         let thin = |t: &Tube| t.half_thickness[0].min(t.half_thickness[1]);

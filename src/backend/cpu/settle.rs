@@ -6,10 +6,16 @@ use glam::DVec3;
 use super::blocks;
 use super::engine::Engine;
 
+/// Swings in a row.
+const SWINGS: u32 = 64;
+/// Part of the stored energy.
+const SPECK: f64 = 1e-6;
+
 impl Engine<'_> {
     /// After the drift: stops everything where the kinetic energy has passed a peak, and judges the residual force
     /// m|v⁺ − v⁻|/h (contact and supports included) against `residual` times the largest tension.
     pub(super) fn settle(&mut self, residual: f64) {
+        self.glide_sections();
         let unbalanced = blocks::residual_force(&self.chains, &self.before, self.h);
         let tension = self.parts.iter().map(|part| part.sums.largest_tension).fold(0.0, f64::max);
         if self.step > 0 && unbalanced <= residual * tension {
@@ -18,11 +24,19 @@ impl Engine<'_> {
         // Energies of the last force pass, at xₙ.
         let kinetic: f64 = self.ledger.accounts.iter().map(|account| account.now.kinetic).sum();
         if kinetic < self.kinetic_before || self.settled {
+            self.settled |= self.rests(kinetic.max(self.kinetic_before));
             self.stop_all();
             self.kinetic_before = 0.0;
         } else {
             self.kinetic_before = kinetic;
         }
+    }
+
+    /// Whether touches alone keep the residual up: gaps are known to a part of their tolerance, which in one step is a
+    /// force, but moves nothing. Then every swing of [`SWINGS`] in a row gained less than [`SPECK`] of the stored energy.
+    fn rests(&mut self, swing: f64) -> bool {
+        let stored: f64 = self.ledger.accounts.iter().map(|account| account.now.stored).sum();
+        self.count_still(swing <= SPECK * stored) >= SWINGS
     }
 
     /// All velocities that nothing drives become zero; their energy is booked as taken by settling.

@@ -237,14 +237,7 @@ impl Block {
         self.compaction += self.shapes.iter().map(Shape::taken).sum::<f64>();
     }
 
-    fn book_one(
-        &mut self,
-        task: &Task<'_>,
-        rule: u32,
-        cone: &Cone,
-        [before, after]: [DVec3; 2],
-        widening: [f64; 2],
-    ) {
+    fn book_one(&mut self, task: &Task<'_>, rule: u32, cone: &Cone, [before, after]: [DVec3; 2], widening: [f64; 2]) {
         let totals = &mut self.rules[rule as usize];
         let mean = 0.5 * (before + after);
         totals.normal -= cone.push * (cone.normal.dot(mean) + 0.5 * (widening[0] + widening[1]));

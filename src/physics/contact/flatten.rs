@@ -93,8 +93,16 @@ pub(super) struct Sections {
 }
 
 impl Sections {
-    /// Damps all rates and lets every section that nothing presses obey its law and limits. Returns what that took, J.
-    pub fn coast(&mut self, h: f64, chains: &Chains, of_node: impl Fn(usize) -> usize, families: &[Family]) -> f64 {
+    /// Damps all rates, as `damped_for` s do, and lets every section that nothing presses obey its law and limits in a
+    /// step of `h` s. Returns what that took, J.
+    pub fn coast(
+        &mut self,
+        h: f64,
+        damped_for: f64,
+        chains: &Chains,
+        of_node: impl Fn(usize) -> usize,
+        families: &[Family],
+    ) -> f64 {
         let mut taken = 0.0;
         for n in 0..self.rate.len() {
             let rate = self.rate[n];
@@ -104,7 +112,7 @@ impl Sections {
             }
             let family = &families[of_node(n)];
             // A rate so small that it moves nothing would only decay for ever.
-            let damped = rate * (-h / family.damping).exp();
+            let damped = rate * (-damped_for / family.damping).exp();
             let damped = if damped.abs() * h < 1e-12 * family.half_thickness { 0.0 } else { damped };
             self.before[n] = damped;
             self.rate[n] = alone(family, chains, n, damped, h);

@@ -137,6 +137,12 @@ impl Laws {
         self.bodies[body as usize * n..][..n].iter().any(Option::is_some)
     }
 
+    /// Both sections are circles that never flatten: no direction of theirs matters.
+    #[inline]
+    pub fn are_round(&self, families: [u16; 2]) -> bool {
+        families.iter().all(|f| self.families[*f as usize].round)
+    }
+
     pub fn flattens(&self) -> bool {
         self.families.iter().any(|f| f.flattening.is_some())
     }

@@ -63,6 +63,10 @@ pub struct Contact {
     sections: Sections,
     /// Family of each node; empty where nothing flattens.
     family_of: Vec<u16>,
+    /// Sections are not damped.
+    glides: bool,
+    /// Stops in a row at which next to nothing moved.
+    still: u32,
     islands: Islands,
     narrow: Vec<NarrowBlock>,
     touches: [Vec<Touch>; 2],
@@ -84,6 +88,10 @@ pub struct ContactMemory {
     /// Rates of the sections' shapes by node, m/s; empty where nothing flattens.
     #[serde(default)]
     shapes: Vec<f64>,
+    #[serde(default)]
+    glides: bool,
+    #[serde(default)]
+    still: u32,
 }
 
 /// Groups in a block of the narrow phase.
@@ -136,6 +144,8 @@ impl Contact {
         Self {
             sections: Sections { rate: vec![0.0; flattening], before: vec![0.0; flattening] },
             family_of,
+            glides: false,
+            still: 0,
             settings,
             rules: rules.len(),
             chunks: Chunks::new(chains, &laws),
@@ -157,16 +167,28 @@ impl Contact {
     pub fn memory(&self) -> ContactMemory {
         let pressed = |side: usize| self.last[side].iter().filter(|(_, p)| *p != DVec3::ZERO).copied().collect();
         let shapes = self.sections.rate.clone();
-        ContactMemory { impulses: [pressed(0), pressed(1)], step: self.last_h, shapes }
+        ContactMemory { impulses: [pressed(0), pressed(1)], step: self.last_h, shapes, glides: self.glides, still: self.still }
     }
 
     /// Goes on from a checkpoint's memory.
     pub fn recall(&mut self, memory: ContactMemory) {
         self.last = memory.impulses;
         self.last_h = memory.step;
+        (self.glides, self.still) = (memory.glides, memory.still);
         if memory.shapes.len() == self.sections.rate.len() {
             self.sections.rate = memory.shapes;
         }
+    }
+
+    /// Takes the damping of the sections away, for a run that seeks the state of rest by stopping all motion itself.
+    pub fn glide(&mut self) {
+        self.glides = true;
+    }
+
+    /// Counts the stops of a static run in a row that found next to nothing moving.
+    pub fn count_still(&mut self, still: bool) -> u32 {
+        self.still = if still { self.still + 1 } else { 0 };
+        self.still
     }
 
     /// Brings all sections' shapes to rest; returns the kinetic energy that they had, J.

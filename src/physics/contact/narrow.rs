@@ -4,11 +4,11 @@ use glam::{DQuat, DVec3};
 
 use super::boxes;
 use super::candidates::{Group, sieve};
-use super::fold;
 use super::chunk::{CHUNK, Chunk, Chunks};
+use super::fold;
 use super::law::{Family, Laws, PairLaw};
 use crate::geometry::section::Section;
-use crate::geometry::segments::{Tube, closest_on_segments, separation, tube_gap_within};
+use crate::geometry::segments::{Tube, body_gap, closest_on_segments, separation, tube_gap_within};
 use crate::geometry::solid::{Solid, segment_contact};
 use crate::physics::{Bodies, Chains};
 use crate::plan::ContactVariant;
@@ -117,6 +117,8 @@ impl Scene<'_> {
         let (ca, cb) = (&self.chunks.list[g.a as usize], &self.chunks.list[g.b as usize]);
         let Some(law) = self.laws.of_yarns(ca.family, cb.family) else { return 0 };
         let families = [ca.family, cb.family];
+        // A segment meets several others of the group: its tube is made once.
+        let mut tubes: [[Option<Tube>; CHUNK as usize]; 2] = Default::default();
         let mut rest = g.near;
         while rest != 0 {
             let bit = rest.trailing_zeros();
@@ -126,7 +128,12 @@ impl Scene<'_> {
             let (i, j) = (ca.first + k, cb.first + l);
             let a = self.ends(i, ca.family, [joins[0], joins[1]]);
             let b = self.ends(j, cb.family, [joins[2], joins[3]]);
-            let Some(m) = self.meeting(law, &a, &b, ca.yarn == cb.yarn, reach) else { continue };
+            let [ta, tb] = &mut tubes;
+            let mut both = || {
+                let made = |kept: &mut Option<Tube>, e: &Ends| *kept.get_or_insert_with(|| self.tube(e));
+                [made(&mut ta[k as usize], &a), made(&mut tb[l as usize], &b)]
+            };
+            let Some(m) = self.meeting(law, &a, &b, &mut both, ca.yarn == cb.yarn, reach) else { continue };
             let touch = |m: &Meeting, end: usize, beside: bool| {
                 let (s, t, normal, gap, folded) = (m.s, m.t, m.normal, m.gap, m.folded);
                 Touch { key: pair_key(g.a, g.b, bit, end), i, s, j, t, normal, gap, families, joins, folded, beside }
@@ -134,7 +141,7 @@ impl Scene<'_> {
             if !m.folded
                 && law.variant == ContactVariant::Tubes
                 && let Some(places) = side_by_side(&a, &b)
-                && !self.laws.families[ca.family as usize].round
+                && !self.laws.are_round(families)
             {
                 for (end, (s, t)) in places.into_iter().enumerate() {
                     let m = self.at_places(&a, &b, s, t, m.normal);
@@ -142,7 +149,8 @@ impl Scene<'_> {
                         out.push(touch(&m, end, true));
                     }
                 }
-            } else if !self.is_duplicate([(ca, k), (cb, l)], [m.s, m.t], m.normal) {
+            } else if !self.laws.are_round(families) || !self.is_duplicate([(ca, k), (cb, l)], [m.s, m.t], m.normal) {
+                // Flat ends of two tubes at a kink are not the same place: both touches are kept.
                 out.push(touch(&m, 0, false));
             }
         }
@@ -157,9 +165,17 @@ impl Scene<'_> {
             || (t == 0.0 && cb.joins_before(l) && normal.dot(self.edge(cb.first + l - 1)) >= 0.0)
     }
 
-    /// Places, normal and gap of two segments if they are within `reach` (m).
+    /// Places, normal and gap of two segments if they are within `reach` (m); `tubes` gives both tubes where needed.
     #[inline]
-    pub fn meeting(&self, law: &PairLaw, a: &Ends, b: &Ends, one_yarn: bool, reach: f64) -> Option<Meeting> {
+    pub fn meeting(
+        &self,
+        law: &PairLaw,
+        a: &Ends,
+        b: &Ends,
+        tubes: impl FnOnce() -> [Tube; 2],
+        one_yarn: bool,
+        reach: f64,
+    ) -> Option<Meeting> {
         if law.variant == ContactVariant::Boxes {
             return boxes::segments(self, a, b);
         }
@@ -178,14 +194,13 @@ impl Scene<'_> {
         } else {
             // The slab along the centrelines' common normal parts most pairs.
             let cross = (a1 - a0).cross(b1 - b0);
-            let far = |e: &Ends, f: &Family| {
-                e.half_thickness.iter().fold(0.0, |r: f64, &b| r.max(b).max(f.half_width(b)))
-            };
+            let far =
+                |e: &Ends, f: &Family| e.half_thickness.iter().fold(0.0, |r: f64, &b| r.max(b).max(f.half_width(b)));
             let near = closest_on_segments(a0, a1, b0, b1);
             if near.delta.length() - far(a, fa) - far(b, fb) >= reach {
                 return None;
             }
-            let (ta, tb) = (self.tube(a), self.tube(b));
+            let [ta, tb] = tubes();
             if let Some(n) = cross.try_normalize()
                 && separation(&ta, &tb, n * 1.0_f64.copysign(n.dot(near.delta))) >= reach
             {
@@ -251,13 +266,33 @@ impl Scene<'_> {
             }
             let joins = [chunk.joins_before(k), chunk.joins_after(k), false, false];
             let ends = self.ends(i, chunk.family, [joins[0], joins[1]]);
+            if !self.laws.families[chunk.family as usize].round {
+                // Where sections have a direction, the tube as a whole meets the body: one touch a segment.
+                let Some(m) = self.against(body, boxed, &ends, reach) else { continue };
+                let (key, families, j) = (body_key(body.index, i, true), [chunk.family; 2], body.index);
+                let (s, normal, gap) = (m.s, m.normal, m.gap);
+                out.push(Touch { key, i, s, j, t: 0.0, normal, gap, families, joins, folded: false, beside: false });
+                continue;
+            }
             let mut emit = |key: u64, s: f64, distance: f64, outward: DVec3| {
                 let normal = body.turn * outward;
                 let gap = distance - self.extent(&ends, normal, s);
                 if gap < reach {
                     let families = [chunk.family; 2];
                     let j = body.index;
-                    out.push(Touch { key, i, s, j, t: 0.0, normal, gap, families, joins, folded: false, beside: false });
+                    out.push(Touch {
+                        key,
+                        i,
+                        s,
+                        j,
+                        t: 0.0,
+                        normal,
+                        gap,
+                        families,
+                        joins,
+                        folded: false,
+                        beside: false,
+                    });
                 }
             };
             emit(body_key(body.index, i, false), 0.0, first.distance, first.normal);
@@ -275,8 +310,25 @@ impl Scene<'_> {
         tested
     }
 
+    /// Place, normal and gap of a tube and a body, if they are within `reach` (m).
+    fn against(&self, body: &BodyFrame, boxed: bool, e: &Ends, reach: f64) -> Option<Meeting> {
+        let (solid, middle) = if boxed { (&body.bounds, body.bounds_middle) } else { (&body.solid, DVec3::ZERO) };
+        let tube = self.tube(e).seen_from(body.position + body.turn * middle, body.turn.inverse());
+        let start = segment_contact(tube.a, tube.b, solid).normal;
+        let (gap, normal) = body_gap(&tube, |n| solid.support(n), start, reach);
+        if gap >= reach {
+            return None;
+        }
+        let [p, q] = tube.under_line(normal);
+        let s = segment_contact(p, q, solid).t;
+        Some(Meeting { s, t: 0.0, normal: body.turn * normal, gap, folded: false })
+    }
+
     /// What a touch with a body becomes when its segment and the body are elsewhere: place, normal and gap.
-    pub fn body_again(&self, body: &BodyFrame, boxed: bool, e: &Ends, was: f64) -> Meeting {
+    pub fn body_again(&self, body: &BodyFrame, boxed: bool, e: &Ends, was: f64) -> Option<Meeting> {
+        if !self.laws.families[e.family as usize].round {
+            return self.against(body, boxed, e, f64::INFINITY);
+        }
         let (solid, middle) = if boxed { (&body.bounds, body.bounds_middle) } else { (&body.solid, DVec3::ZERO) };
         let [p, q] = e.at.map(|x| body.local(x) - middle);
         let (s, distance, outward) = if was > 0.0 && was < 1.0 {
@@ -287,7 +339,7 @@ impl Scene<'_> {
             (was, near.distance, near.normal)
         };
         let normal = body.turn * outward;
-        Meeting { s, t: 0.0, normal, gap: distance - self.extent(e, normal, s), folded: false }
+        Some(Meeting { s, t: 0.0, normal, gap: distance - self.extent(e, normal, s), folded: false })
     }
 }
 

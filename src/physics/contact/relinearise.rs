@@ -5,9 +5,9 @@
 use glam::DVec3;
 
 use super::block::Task;
+use super::flatten::{Shape, moved};
 use super::narrow::{BodyFrame, Ends, Meeting};
 use super::response::{Island, Point};
-use super::flatten::{Shape, moved};
 use crate::plan::ContactVariant;
 
 /// A row to be changed.
@@ -78,7 +78,8 @@ impl Room {
             };
             let (a, b) = (end(0, t.i), end(1, t.j));
             let one_yarn = is_one_yarn(task, t.i, t.j);
-            let Some(mut meeting) = task.scene.meeting(law, &a, &b, one_yarn, f64::INFINITY) else { continue };
+            let tubes = || [task.scene.tube(&a), task.scene.tube(&b)];
+            let Some(mut meeting) = task.scene.meeting(law, &a, &b, tubes, one_yarn, f64::INFINITY) else { continue };
             if t.beside {
                 meeting = task.scene.at_places(&a, &b, r.weights[1], -r.weights[3], meeting.normal);
             }
@@ -123,7 +124,8 @@ impl Room {
             }
             let joins = [t.joins[0], t.joins[1]];
             let a = moved_ends::<FLAT>(task, [t.i, t.families[0].into()], joins, r.nodes, nodes, island);
-            let meeting = task.scene.body_again(&self.frames[t.j as usize], boxed, &a, r.weights[1]);
+            let frame = &self.frames[t.j as usize];
+            let Some(meeting) = task.scene.body_again(frame, boxed, &a, r.weights[1]) else { continue };
             if !differs(meeting.gap - promised, r.cone.push, task.tolerance) {
                 continue;
             }

@@ -253,7 +253,8 @@ impl Contact {
     /// Damps the sections' rates at the start of a step; returns what that took, J.
     pub(super) fn coast(&mut self, h: f64, chains: &Chains) -> f64 {
         let of = &self.family_of;
-        self.sections.coast(h, chains, |n| of[n] as usize, &self.laws.families)
+        let damped_for = if self.glides { 0.0 } else { h };
+        self.sections.coast(h, damped_for, chains, |n| of[n] as usize, &self.laws.families)
     }
 }
 
