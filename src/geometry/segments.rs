@@ -341,15 +341,16 @@ fn nearest_of(simplex: &mut [DVec3; 4], count: usize) -> (DVec3, usize) {
         3 => on_face(simplex, [0, 1, 2]),
         _ => {
             let p = *simplex;
-            let side = |a: usize, b: usize, c: usize, d: usize| {
-                let normal = (p[b] - p[a]).cross(p[c] - p[a]);
-                (-p[a]).dot(normal) * (p[d] - p[a]).dot(normal) < 0.0
+            let outside = |a: usize, b: usize, d: usize| {
+                let normal = (p[a] - p[3]).cross(p[b] - p[3]);
+                p[3].dot(normal) * (p[d] - p[3]).dot(normal) > 0.0
             };
             let mut best = (f64::INFINITY, p, (DVec3::ZERO, 4));
-            for (face, other) in [([0, 1, 2], 3), ([0, 1, 3], 2), ([0, 2, 3], 1), ([1, 2, 3], 0)] {
-                if side(face[0], face[1], face[2], other) {
+            // The face without the newest corner was the nearest before it: the origin is not beyond it.
+            for [a, b, d] in [[0, 1, 2], [0, 2, 1], [1, 2, 0]] {
+                if outside(a, b, d) {
                     let mut kept = p;
-                    let found = on_face(&mut kept, face);
+                    let found = on_face(&mut kept, [a, b, 3]);
                     if found.0.length_squared() < best.0 {
                         best = (found.0.length_squared(), kept, found);
                     }
@@ -383,22 +384,26 @@ fn on_face(simplex: &mut [DVec3; 4], [i, j, k]: [usize; 3]) -> (DVec3, usize) {
     let (u, v) = (q - p, r - p);
     let normal = u.cross(v);
     let square = normal.length_squared();
-    // Outward of each edge, measured in the plane; the third corner is what is left.
-    let wq = (-p).cross(v).dot(normal);
-    let wr = u.cross(-p).dot(normal);
-    if square > 0.0 && wq > 0.0 && wr > 0.0 && wq + wr < square {
+    // Shares of the corners q and r in the origin's foot on the plane, times the square.
+    let share_q = (-p).cross(v).dot(normal);
+    let share_r = u.cross(-p).dot(normal);
+    let beyond = [share_r <= 0.0, share_q <= 0.0, share_q + share_r >= square];
+    if square > 0.0 && !beyond.contains(&true) {
         (simplex[0], simplex[1], simplex[2]) = (p, q, r);
         return (normal * (p.dot(normal) / square), 3);
     }
-    let mut best = (f64::INFINITY, *simplex, (DVec3::ZERO, 1));
-    for edge in [[i, j], [i, k], [j, k]] {
-        let mut kept = *simplex;
-        let found = on_edge(&mut kept, edge);
-        if found.0.length_squared() < best.0 {
-            best = (found.0.length_squared(), kept, found);
+    // Beyond one edge: nearest to it, or beyond two: to one of them.
+    let mut best = (f64::INFINITY, [p, p], (p, 1));
+    for (outside, ends) in beyond.into_iter().zip([[p, q], [p, r], [q, r]]) {
+        if outside || square == 0.0 {
+            let mut kept = [ends[0], ends[1], DVec3::ZERO, DVec3::ZERO];
+            let found = on_edge(&mut kept, [0, 1]);
+            if found.0.length_squared() < best.0 {
+                best = (found.0.length_squared(), [kept[0], kept[1]], found);
+            }
         }
     }
-    *simplex = best.1;
+    [simplex[0], simplex[1]] = best.1;
     best.2
 }
 

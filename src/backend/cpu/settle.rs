@@ -8,8 +8,8 @@ use super::engine::Engine;
 
 /// Swings in a row.
 const SWINGS: u32 = 64;
-/// Part of the stored energy.
-const SPECK: f64 = 1e-6;
+/// Part of the energy exchanged since the start.
+const SPECK: f64 = 1e-5;
 
 impl Engine<'_> {
     /// After the drift: stops everything where the kinetic energy has passed a peak, and judges the residual force
@@ -33,10 +33,10 @@ impl Engine<'_> {
     }
 
     /// Whether touches alone keep the residual up: gaps are known to a part of their tolerance, which in one step is a
-    /// force, but moves nothing. Then every swing of [`SWINGS`] in a row gained less than [`SPECK`] of the stored energy.
+    /// force, but moves nothing. Then every swing of [`SWINGS`] in a row gained less than [`SPECK`] of the energy exchanged.
     fn rests(&mut self, swing: f64) -> bool {
-        let stored: f64 = self.ledger.accounts.iter().map(|account| account.now.stored).sum();
-        self.count_still(swing <= SPECK * stored) >= SWINGS
+        let exchanged = self.ledger.exchanged();
+        self.count_still(swing <= SPECK * exchanged) >= SWINGS
     }
 
     /// All velocities that nothing drives become zero; their energy is booked as taken by settling.

@@ -35,7 +35,7 @@ pub(super) struct Task<'a> {
 /// Steps over which an overlap beyond the tolerance is parted.
 const PARTING: f64 = 64.0;
 /// Times that the touches of an island are linearised anew.
-const ROUNDS: usize = 2;
+const ROUNDS: usize = 3;
 
 #[derive(Default)]
 pub(super) struct Block {

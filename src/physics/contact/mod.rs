@@ -167,7 +167,13 @@ impl Contact {
     pub fn memory(&self) -> ContactMemory {
         let pressed = |side: usize| self.last[side].iter().filter(|(_, p)| *p != DVec3::ZERO).copied().collect();
         let shapes = self.sections.rate.clone();
-        ContactMemory { impulses: [pressed(0), pressed(1)], step: self.last_h, shapes, glides: self.glides, still: self.still }
+        ContactMemory {
+            impulses: [pressed(0), pressed(1)],
+            step: self.last_h,
+            shapes,
+            glides: self.glides,
+            still: self.still,
+        }
     }
 
     /// Goes on from a checkpoint's memory.

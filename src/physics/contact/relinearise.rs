@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::block::Task;
 use super::flatten::{Shape, moved};
 use super::narrow::{BodyFrame, Ends, Meeting};
-use super::response::{Island, Point};
+use super::response::{Cone, Island, Point};
 use crate::plan::ContactVariant;
 
 /// A row to be changed.
@@ -16,6 +16,8 @@ struct Fresh {
     row: usize,
     meeting: Meeting,
     slopes: [f64; 4],
+    /// By how much the gap differs from the promised one, m.
+    error: f64,
     /// Place on side A where the step would end, m.
     place: DVec3,
 }
@@ -93,7 +95,8 @@ impl Room {
             } else {
                 [0.0; 4]
             };
-            self.yarns.push(Fresh { row, meeting, slopes, place: DVec3::ZERO });
+            let error = meeting.gap - promised;
+            self.yarns.push(Fresh { row, meeting, slopes, error, place: DVec3::ZERO });
         }
     }
 
@@ -131,7 +134,8 @@ impl Room {
             }
             let [p, q] = if FLAT { task.scene.slopes(&a, meeting.normal, meeting.s) } else { [0.0; 2] };
             let place = a.at[0].lerp(a.at[1], meeting.s) - self.frames[t.j as usize].position;
-            self.bodies.push(Fresh { row, meeting, slopes: [-p, -q, 0.0, 0.0], place });
+            let error = meeting.gap - promised;
+            self.bodies.push(Fresh { row, meeting, slopes: [-p, -q, 0.0, 0.0], error, place });
         }
     }
 
@@ -150,6 +154,9 @@ impl Room {
         }
         for f in &self.yarns {
             let r = &mut island.yarns[f.row];
+            if !FLAT && is_held(&mut r.cone, f, h) {
+                continue;
+            }
             r.apply::<FLAT>(island.points, island.shapes, -r.cone.impulse(), -r.cone.push);
             (r.weights, r.slopes) = (pair_weights(&f.meeting), f.slopes);
             (r.cone.normal, r.cone.gap) = (f.meeting.normal, f.meeting.gap);
@@ -176,6 +183,9 @@ impl Room {
         }
         for f in &self.bodies {
             let r = &mut island.with_bodies[f.row];
+            if !FLAT && is_held(&mut r.cone, f, h) {
+                continue;
+            }
             r.apply::<FLAT>(island.points, island.shapes, island.bodies, -r.cone.impulse(), -r.cone.push);
             r.weights = [1.0 - f.meeting.s, f.meeting.s];
             r.slopes = [f.slopes[0], f.slopes[1]];
@@ -187,6 +197,17 @@ impl Room {
             r.apply::<FLAT>(island.points, island.shapes, island.bodies, r.cone.impulse(), r.cone.push);
         }
     }
+}
+
+/// Round sections keep their normal and places, which alone keep the moment of momentum to rounding, and take only the
+/// error of the gap; unless the normal has turned so far that it no longer helps.
+fn is_held(cone: &mut Cone, f: &Fresh, h: f64) -> bool {
+    let helps = cone.normal.dot(f.meeting.normal) > 0.7;
+    if helps {
+        cone.gap += f.error;
+        cone.aim(h);
+    }
+    helps
 }
 
 fn pair_weights(m: &Meeting) -> [f64; 4] {
