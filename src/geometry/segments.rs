@@ -229,7 +229,7 @@ fn lines_normal(a: &Tube, b: &Tube, delta: DVec3) -> Option<DVec3> {
         let tilt = ea * ((rise_a * bb - rise_b * ab) / determinant) + eb * ((rise_b * aa - rise_a * ab) / determinant);
         let rest = 1.0 - tilt.length_squared();
         // Tapers steeper than that only come with segments that are all but parallel.
-        if !(rest > 0.2) {
+        if rest.is_nan() || rest <= 0.2 {
             return None;
         }
         normal = tilt + across * rest.sqrt();
