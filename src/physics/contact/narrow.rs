@@ -324,6 +324,19 @@ impl Scene<'_> {
         Some(Meeting { s, t: 0.0, normal: body.turn * normal, gap, folded: false })
     }
 
+    /// Width of the slab between a tube and a body along `normal`, m; minus infinity for round sections, which are looked
+    /// at anew at once.
+    pub fn body_slab(&self, body: &BodyFrame, boxed: bool, e: &Ends, normal: DVec3) -> f64 {
+        if self.laws.families[e.family as usize].round {
+            return f64::NEG_INFINITY;
+        }
+        let (solid, middle) = if boxed { (&body.bounds, body.bounds_middle) } else { (&body.solid, DVec3::ZERO) };
+        let tube = self.tube(e);
+        let [p, q] = tube.under_line(normal);
+        let top = body.position + body.turn * (middle + solid.support(body.turn.inverse() * normal));
+        p.dot(normal).min(q.dot(normal)) - top.dot(normal)
+    }
+
     /// What a touch with a body becomes when its segment and the body are elsewhere: place, normal and gap.
     pub fn body_again(&self, body: &BodyFrame, boxed: bool, e: &Ends, was: f64) -> Option<Meeting> {
         if !self.laws.families[e.family as usize].round {

@@ -8,6 +8,7 @@ use super::block::Task;
 use super::flatten::{Shape, moved};
 use super::narrow::{BodyFrame, Ends, Meeting};
 use super::response::{Cone, Island, Point};
+use crate::geometry::segments::separation;
 use crate::plan::ContactVariant;
 
 /// A row to be changed.
@@ -80,11 +81,20 @@ impl Room {
             };
             let (a, b) = (end(0, t.i), end(1, t.j));
             let one_yarn = is_one_yarn(task, t.i, t.j);
-            let tubes = || [task.scene.tube(&a), task.scene.tube(&b)];
-            let Some(mut meeting) = task.scene.meeting(law, &a, &b, tubes, one_yarn, f64::INFINITY) else { continue };
-            if t.beside {
-                meeting = task.scene.at_places(&a, &b, r.weights[1], -r.weights[3], meeting.normal);
+            let normal = r.cone.normal;
+            let tubes = [task.scene.tube(&a), task.scene.tube(&b)];
+            let directed = !task.scene.laws.are_round(t.families);
+            // The slab along the old normal is no wider than the gap: where it kept the promise, the gap did.
+            if directed && !t.folded && separation(&tubes[0], &tubes[1], normal) > promised - FINE * task.tolerance {
+                continue;
             }
+            let meeting = if t.beside {
+                task.scene.at_places(&a, &b, r.weights[1], -r.weights[3], normal)
+            } else {
+                let again = task.scene.meeting(law, &a, &b, || tubes, one_yarn, f64::INFINITY);
+                let Some(meeting) = again else { continue };
+                meeting
+            };
             if !differs(meeting.gap - promised, r.cone.push, task.tolerance) {
                 continue;
             }
@@ -128,6 +138,9 @@ impl Room {
             let joins = [t.joins[0], t.joins[1]];
             let a = moved_ends::<FLAT>(task, [t.i, t.families[0].into()], joins, r.nodes, nodes, island);
             let frame = &self.frames[t.j as usize];
+            if task.scene.body_slab(frame, boxed, &a, r.cone.normal) > promised - FINE * task.tolerance {
+                continue;
+            }
             let Some(meeting) = task.scene.body_again(frame, boxed, &a, r.weights[1]) else { continue };
             if !differs(meeting.gap - promised, r.cone.push, task.tolerance) {
                 continue;
