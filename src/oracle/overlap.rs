@@ -110,6 +110,25 @@ pub(super) fn least(a: &Piece, b: &Piece) -> f64 {
     best
 }
 
+/// As [`least_overlap`] for two stretches of one yarn, which may come as near as `chord` (m) where their sections together
+/// reach farther.
+pub(super) fn least_folded(a: &Tube, b: &Tube, chord: f64) -> f64 {
+    let (p, q) = (Piece::tube(a), Piece::tube(b));
+    let overlap = |u: DVec3| {
+        let along = |t: &Tube, u: DVec3| t.ends[0].dot(u).max(t.ends[1].dot(u));
+        let together = p.reach(u) + q.reach(-u);
+        together.min(along(a, u) + along(b, -u) + chord)
+    };
+    let mut best = f64::INFINITY;
+    for (_, u) in starts(&p, &q).into_iter().filter(|start| start.0.is_finite()) {
+        best = best.min(descend(&overlap, u, overlap(u)));
+        if best < 0.0 {
+            break;
+        }
+    }
+    best
+}
+
 /// Likely directions with the overlap along each, least first; infinite where there is none.
 fn starts(a: &Piece, b: &Piece) -> [(f64, DVec3); 7] {
     let (ha, hb) = (a.hints(), b.hints());

@@ -47,6 +47,22 @@ pub fn segment_distance(p: [DVec3; 2], q: [DVec3; 2]) -> f64 {
     square.sqrt()
 }
 
+/// Places (0…1) at which two segments are nearest, by turns from each to the other: each turn is the exact answer of one
+/// side, and the distance never grows.
+pub fn nearest_places(p: [DVec3; 2], q: [DVec3; 2]) -> [f64; 2] {
+    let onto = |x: DVec3, s: [DVec3; 2]| {
+        let d = s[1] - s[0];
+        let length = d.length_squared();
+        if length > 0.0 { ((x - s[0]).dot(d) / length).clamp(0.0, 1.0) } else { 0.0 }
+    };
+    let (mut s, mut t) = (0.5, 0.5);
+    for _ in 0..32 {
+        t = onto(p[0].lerp(p[1], s), q);
+        s = onto(q[0].lerp(q[1], t), p);
+    }
+    [s, t]
+}
+
 fn point_square(x: DVec3, s: [DVec3; 2]) -> f64 {
     let d = s[1] - s[0];
     let length = d.length_squared();

@@ -5,9 +5,9 @@ use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 
 use super::near::{Pair, pairs, swept_box};
-use super::overlap::{Piece, Tube, bounded, least};
+use super::overlap::{Piece, Tube, bounded, least, least_folded};
 use super::shape::excess;
-use super::sweep::{Motion, first_entry, first_meeting, segment_distance};
+use super::sweep::{Motion, first_entry, first_meeting, nearest_places, segment_distance};
 use crate::backend::StepView;
 use crate::physics::{Bodies, BodyId, Chains, NodeId, SegmentId};
 
@@ -41,15 +41,13 @@ pub struct Deepest {
 pub struct Settings {
     /// Present sections are compared at every so many steps; 0 never. Sweeps are tested at every step.
     pub overlap_every: u64,
-    /// An overlap counts as a penetration beyond this part of the smaller half-thickness (1).
+    /// An overlap counts beyond this part of the smaller half-thickness (1).
     pub tolerance: f64,
-    /// Segments of one yarn that are at most this far apart in number are not tested against each other.
-    pub neighbours: u32,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { overlap_every: 200, tolerance: 0.5, neighbours: 3 }
+        Self { overlap_every: 200, tolerance: 0.05 }
     }
 }
 
@@ -173,9 +171,10 @@ impl Oracle {
     /// Compares the sections of a state: the deepest overlap and how many pairs exceed the tolerance.
     pub fn compare(&mut self, chains: &Chains, bodies: &Bodies, time: f64) -> (Option<Deepest>, u64) {
         let over = |depth: f64, thin: f64| depth > self.settings.tolerance * thin;
-        let tubes: Vec<Tube> = self.segments.par_iter().with_min_len(1024).map(|s| tube(chains, s.node)).collect();
+        let count = self.segments.len();
+        let tubes: Vec<Tube> = (0..count).into_par_iter().with_min_len(1024).map(|k| self.tube(chains, k)).collect();
         let boxes: Vec<_> = tubes.par_iter().with_min_len(1024).map(Tube::bounds).collect();
-        let near = pairs(&boxes, |a, b| !self.is_same_stretch(chains, a, b));
+        let near = pairs(&boxes, |a, b| !is_bend(chains, self.segments[a as usize], self.segments[b as usize]));
         let thin = |t: &Tube| t.half_thickness[0].min(t.half_thickness[1]);
         let reach = |t: &Tube| t.half_width.into_iter().chain(t.half_thickness).fold(0.0, f64::max);
         // Tubes against tubes, then against bodies, which are numbered after them.
@@ -205,6 +204,15 @@ impl Oracle {
             }
         };
         let feature = |k: u32| if k < count { self.feature(k) } else { Feature::Body(BodyId(k - count)) };
+        // Two places of one yarn may lie as near as the half-turn between them allows.
+        let chord = |a: u32, b: u32| match (self.segments.get(a as usize), self.segments.get(b as usize)) {
+            (Some(s), Some(t)) if s.yarn == t.yarn => Some(self.chord(chains, *s, *t)),
+            _ => None,
+        };
+        let depth_of = |a: u32, b: u32| match chord(a, b) {
+            Some(chord) => least_folded(&tubes[a as usize], &tubes[b as usize], chord),
+            None => least(&piece(a), &piece(b)),
+        };
         let smaller = |a: u32, b: u32| tubes.get(b as usize).map_or(f64::INFINITY, thin).min(thin(&tubes[a as usize]));
         // A bound from a few directions first; the exact depth only where the bound is over the tolerance, or could be
         // the deepest.
@@ -212,10 +220,9 @@ impl Oracle {
             .into_par_iter()
             .with_min_len(256)
             .filter_map(|(a, b)| {
-                let (p, q) = (piece(a), piece(b));
-                let bound = bounded(&p, &q);
+                let bound = bounded(&piece(a), &piece(b));
                 if over(bound, smaller(a, b)) {
-                    let depth = least(&p, &q);
+                    let depth = depth_of(a, b);
                     return (depth > 0.0).then_some((depth, true, a, b));
                 }
                 (bound > 0.0).then_some((bound, false, a, b))
@@ -229,7 +236,7 @@ impl Oracle {
             if deepest.is_some_and(|d| bound <= d.depth) {
                 break;
             }
-            let depth = if exact { bound } else { least(&piece(a), &piece(b)) };
+            let depth = if exact { bound } else { depth_of(a, b) };
             if depth > deepest.map_or(0.0, |d| d.depth) {
                 deepest = Some(Deepest { depth, between: [feature(a), feature(b)], time });
             }
@@ -242,15 +249,37 @@ impl Oracle {
         (deepest, overlaps)
     }
 
-    /// Whether a pair belongs to one yarn and lies within two of its widths: a bend there is no overlap.
-    fn is_same_stretch(&self, chains: &Chains, a: u32, b: u32) -> bool {
-        let (a, b) = (self.segments[a as usize], self.segments[b as usize]);
-        if a.yarn != b.yarn {
-            return false;
+    /// The tube of the segment at a place of the list. Its thickness axis is the segment's own; at a joint it is half way
+    /// to that of the neighbour, if the yarn goes on there.
+    fn tube(&self, chains: &Chains, place: usize) -> Tube {
+        let node = self.segments[place].node;
+        let own = chains.thickness_axis[node as usize];
+        let goes_on = |other: Option<&Segment>, at: u32| other.is_some_and(|s| s.node == at);
+        let shared = |other: usize| {
+            let axis = chains.thickness_axis[other];
+            if own.dot(axis) < 0.0 { own - axis } else { own + axis }
+        };
+        let before = place.checked_sub(1).and_then(|k| self.segments.get(k));
+        let first = if node > 0 && goes_on(before, node - 1) { shared(node as usize - 1) } else { own };
+        let after = self.segments.get(place + 1);
+        let last = if goes_on(after, node + 1) { shared(node as usize + 1) } else { own };
+        let nodes = [NodeId(node).0 as usize, node as usize + 1];
+        Tube {
+            ends: ends(&chains.position, node),
+            thickness_axis: [first, last].map(|axis| axis.normalize_or(own)),
+            half_thickness: nodes.map(|n| chains.half_thickness[n]),
+            half_width: nodes.map(|n| half_width(chains, n)),
         }
-        let (low, high) = (a.node.min(b.node) as usize + 1, a.node.max(b.node) as usize);
-        let between: f64 = chains.rest_length[low..high.max(low)].iter().sum();
-        between < 4.0 * half_width(chains, a.node as usize)
+    }
+
+    /// 2/π of the yarn's length at rest between the places where two of its segments are nearest, m: the chord of a
+    /// half-turn of that length.
+    fn chord(&self, chains: &Chains, a: Segment, b: Segment) -> f64 {
+        let (low, high) = if a.node < b.node { (a.node, b.node) } else { (b.node, a.node) };
+        let [s, t] = nearest_places(ends(&chains.position, low), ends(&chains.position, high));
+        let rest = |n: u32| chains.rest_length[n as usize];
+        let between: f64 = (low + 1..high).map(rest).sum();
+        std::f64::consts::FRAC_2_PI * (between + (1.0 - s) * rest(low) + t * rest(high))
     }
 
     fn feature(&self, index: u32) -> Feature {
@@ -281,10 +310,10 @@ impl Oracle {
             .with_min_len(1024)
             .map(|s| swept_box(ends(&self.last, s.node), ends(&chains.position, s.node), 0.5 * margin))
             .collect();
-        let (segments, neighbours, last) = (&self.segments, self.settings.neighbours, &self.last);
+        let (segments, last) = (&self.segments, &self.last);
         self.pairs = pairs(&boxes, |a, b| {
             let (a, b) = (segments[a as usize], segments[b as usize]);
-            if a.yarn == b.yarn && a.node.abs_diff(b.node) <= neighbours {
+            if is_bend(chains, a, b) {
                 return false;
             }
             let (p, q) = (motion(last, &chains.position, a.node), motion(last, &chains.position, b.node));
@@ -392,12 +421,15 @@ fn reach_at(chains: &Chains, node: usize) -> f64 {
     half_width(chains, node).max(chains.half_thickness[node])
 }
 
-fn tube(chains: &Chains, node: u32) -> Tube {
-    let nodes = [NodeId(node).0 as usize, node as usize + 1];
-    Tube {
-        ends: ends(&chains.position, node),
-        thickness_axis: nodes.map(|n| chains.thickness_axis[n]),
-        half_thickness: nodes.map(|n| chains.half_thickness[n]),
-        half_width: nodes.map(|n| half_width(chains, n)),
+/// Whether two segments belong to one yarn and are next to each other, or nearer along it at rest than π half-thicknesses
+/// as woven: a bend there is no overlap.
+fn is_bend(chains: &Chains, a: Segment, b: Segment) -> bool {
+    if a.yarn != b.yarn {
+        return false;
     }
+    let (low, high) = (a.node.min(b.node) as usize, a.node.max(b.node) as usize);
+    let law = &chains.laws[chains.yarns[a.yarn as usize].law as usize];
+    let limit = std::f64::consts::PI * law.half_thickness;
+    // Segments shorter than a thousandth of the limit are not made: long sums end here.
+    high <= low + 1 || (high - low < 1000 && chains.rest_length[low + 1..high].iter().sum::<f64>() < limit)
 }

@@ -1,21 +1,42 @@
-//! The orientation of a yarn's section: each node's thickness axis is carried along with the turning tangent, with no
-//! spin about the yarn.
+//! The orientation of a yarn's section belongs to the segment: its thickness axis is carried along with the turning segment,
+//! with no spin about the yarn. At a kink a node has no tangent of its own, a segment always has.
 
 use std::ops::Range;
 
 use glam::DVec3;
 
-/// Tangent at a node from its neighbours within the run, not normalised, m (or m/s for velocities).
+/// The segment that starts at a node, or the one before for the last node of a run; not normalised, m (or m/s for velocities).
 #[inline(always)]
 fn chord(of: &[DVec3], node: usize, run: &Range<usize>) -> DVec3 {
-    let left = if node > run.start { node - 1 } else { node };
-    let right = if node + 1 < run.end { node + 1 } else { node };
-    of[right] - of[left]
+    if node + 1 < run.end {
+        of[node + 1] - of[node]
+    } else if node > run.start {
+        of[node] - of[node - 1]
+    } else {
+        DVec3::ZERO
+    }
 }
 
-/// Carries the thickness axes of `nodes` (within `run`, both over all chains) from xₙ = xₙ₊₁ − h·v to xₙ₊₁ by the
-/// smallest rotation that takes the old tangent to the new: a' = a − (a·t')/(1 + t·t')·(t + t'), then made orthonormal
-/// to t' against rounding. `axes` holds one entry per node of `nodes`. A node that is alone keeps its axis.
+/// Axes given at the nodes of one yarn become its segments': the mean of both ends, across the segment. The last entry
+/// follows the last segment.
+pub fn onto_segments(position: &[DVec3], axes: &mut [DVec3]) {
+    let last = axes.len().saturating_sub(1);
+    for i in 0..last {
+        let tangent = (position[i + 1] - position[i]).normalize_or_zero();
+        let next = axes[i + 1] * 1.0_f64.copysign(axes[i].dot(axes[i + 1]));
+        let mean = axes[i] + next;
+        let across = (mean - tangent * mean.dot(tangent)).try_normalize();
+        axes[i] = across.unwrap_or_else(|| tangent.any_orthogonal_vector().normalize_or(DVec3::Z));
+    }
+    if last > 0 {
+        axes[last] = axes[last - 1];
+    }
+}
+
+/// Carries the thickness axes of the segments that start at `nodes` (within `run`, both over all chains) from
+/// xₙ = xₙ₊₁ − h·v to xₙ₊₁ by the smallest rotation that takes the old tangent to the new:
+/// a' = a − (a·t')/(1 + t·t')·(t + t'), then made orthonormal to t' against rounding. `axes` holds one entry per node of
+/// `nodes`. A node that is alone keeps its axis.
 pub fn carry(
     nodes: Range<usize>,
     run: Range<usize>,

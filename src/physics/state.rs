@@ -57,7 +57,8 @@ pub struct Chains {
     pub mass: Vec<f64>,
     /// 1/kg; zero for a node that is held or driven.
     pub inverse_mass: Vec<f64>,
-    /// Unit vector through the section's thickness, perpendicular to the yarn.
+    /// Unit vector through the section's thickness, perpendicular to the segment that starts here; the last node of a yarn
+    /// has that of the segment before.
     pub thickness_axis: Vec<DVec3>,
     /// Half-thickness b, m; the half-width is a₀·b₀/b (constant area).
     pub half_thickness: Vec<f64>,

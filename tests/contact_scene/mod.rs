@@ -4,7 +4,7 @@
 use glam::{DQuat, DVec3};
 use ripstop::geometry::solid::Solid;
 use ripstop::physics::contact::{Contact, ContactSettings, ContactStats};
-use ripstop::physics::{Bodies, Chains, Run, Yarn, YarnId};
+use ripstop::physics::{Bodies, Chains, Run, Yarn, YarnId, section_frame};
 use ripstop::plan::{
     ContactRule, ContactSide, ContactVariant, DomainId, FlatteningLaw, FrictionLaw, OriginId, YarnLaw,
 };
@@ -165,6 +165,12 @@ impl Scene {
     pub fn drift(&mut self, h: f64) {
         for (x, v) in self.chains.position.iter_mut().zip(&self.chains.velocity) {
             *x += *v * h;
+        }
+        let c = &mut self.chains;
+        for run in &c.runs {
+            let nodes = run.nodes.start as usize..run.nodes.end as usize;
+            let axes = &mut c.thickness_axis[nodes.clone()];
+            section_frame::carry(nodes.clone(), nodes, &c.position, &c.velocity, h, axes);
         }
         for b in 0..self.bodies.position.len() {
             self.bodies.position[b] += self.bodies.velocity[b] * h;

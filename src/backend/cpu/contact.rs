@@ -92,6 +92,25 @@ impl Engine<'_> {
         impulse.map_or(DVec3::ZERO, |[linear, _]| *linear / self.h) + self.net_contact_force(body)
     }
 
+    /// A static run stops the sections itself.
+    pub(super) fn glide_sections(&mut self) {
+        if let Some(touch) = &mut self.touch {
+            touch.solver.glide();
+        }
+    }
+
+    /// Stops in a row that found next to nothing moving; none without contact.
+    pub(super) fn count_still(&mut self, still: bool) -> u32 {
+        self.touch.as_mut().map_or(0, |touch| touch.solver.count_still(still))
+    }
+
+    /// Sections come to rest with the nodes. Their energy went through contact and is booked there.
+    pub(super) fn stop_sections(&mut self) {
+        if let Some(touch) = &mut self.touch {
+            touch.solver.stop_sections(&self.chains);
+        }
+    }
+
     /// What the next step takes over; empty without contact.
     pub(super) fn contact_memory(&self) -> ContactMemory {
         self.touch.as_ref().map_or_else(ContactMemory::default, |touch| touch.solver.memory())

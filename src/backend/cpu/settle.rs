@@ -6,10 +6,16 @@ use glam::DVec3;
 use super::blocks;
 use super::engine::Engine;
 
+/// Swings in a row.
+const SWINGS: u32 = 64;
+/// Part of the energy exchanged since the start.
+const SPECK: f64 = 1e-5;
+
 impl Engine<'_> {
     /// After the drift: stops everything where the kinetic energy has passed a peak, and judges the residual force
     /// m|v⁺ − v⁻|/h (contact and supports included) against `residual` times the largest tension.
     pub(super) fn settle(&mut self, residual: f64) {
+        self.glide_sections();
         let unbalanced = blocks::residual_force(&self.chains, &self.before, self.h).max(self.net.unbalanced(self.h));
         let tension = self.parts.iter().map(|part| part.sums.largest_tension).fold(0.0, f64::max);
         let tension = tension.max(self.net_largest_force());
@@ -19,6 +25,7 @@ impl Engine<'_> {
         // Energies of the last force pass, at xₙ.
         let kinetic: f64 = self.ledger.accounts.iter().map(|account| account.now.kinetic).sum();
         if kinetic < self.kinetic_before || self.settled {
+            self.settled |= self.rests(kinetic.max(self.kinetic_before));
             self.stop_all();
             self.kinetic_before = 0.0;
         } else {
@@ -26,9 +33,17 @@ impl Engine<'_> {
         }
     }
 
+    /// Whether touches alone keep the residual up: gaps are known to a part of their tolerance, which in one step is a
+    /// force, but moves nothing. Then every swing of [`SWINGS`] in a row gained less than [`SPECK`] of the energy exchanged.
+    fn rests(&mut self, swing: f64) -> bool {
+        let exchanged = self.ledger.exchanged();
+        self.count_still(swing <= SPECK * exchanged) >= SWINGS
+    }
+
     /// All velocities that nothing drives become zero; their energy is booked as taken by settling.
     fn stop_all(&mut self) {
         self.measure();
+        self.stop_sections();
         for (account, part) in self.ledger.accounts.iter_mut().zip(&self.parts) {
             account.now.settling -= account.now.kinetic;
             for i in part.nodes.clone() {

@@ -10,7 +10,7 @@ use super::blocks::Blocks;
 use crate::backend::frame::Family;
 use crate::backend::state::State;
 use crate::physics::axial::{Sums, Terms};
-use crate::physics::{Bodies, Chains, Run, Yarn, YarnId, draw};
+use crate::physics::{Bodies, Chains, Run, Yarn, YarnId, draw, section_frame};
 use crate::plan::{BodyRecipe, DomainId, Kernel, OriginId, Plan, Recipe, YarnLaw};
 
 /// What a plan's domains need beside the plan: other cases' final states, by the names of [`crate::plan::Body::inputs`].
@@ -173,6 +173,8 @@ fn add_yarn(chains: &mut Chains, domain: DomainId, first_law: u32, path: &YarnPa
         chains.half_thickness.push(path.half_thickness.get(i).copied().unwrap_or(law.half_thickness));
         chains.rest_length.push(right);
     }
+    let own = first as usize..first as usize + count;
+    section_frame::onto_segments(path.position, &mut chains.thickness_axis[own]);
     let nodes = first..first + count as u32;
     let yarn = YarnId(chains.yarns.len() as u32);
     chains.yarns.push(Yarn { domain, nodes: nodes.clone(), law: first_law + path.law, strength: f64::INFINITY });

@@ -6,10 +6,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::broad::Broad;
-use super::chunk::{CHUNK, Chunk, Chunks, Motion};
+use super::chunk::{CHUNK, Chunks, Motion};
+use super::fold;
 use super::law::{Family, Laws};
-use super::narrow::frame;
-use crate::geometry::section::Section;
 use crate::geometry::segments::closest_on_segments;
 use crate::physics::Chains;
 
@@ -130,10 +129,12 @@ fn group(a: u32, b: u32, chunks: &Chunks, chains: &Chains, laws: &Laws) -> Optio
     laws.of_yarns(ca.family, cb.family)?;
     let (ma, mb) = (&chunks.motion[a as usize], &chunks.motion[b as usize]);
     let limit = ma.radius + mb.radius + ma.half_skin + mb.half_skin;
+    let family = &laws.families[ca.family as usize];
+    let is_bend = |k: u32, l: u32| fold::is_bend(chains, ca.first + k, cb.first + l, family);
     let mut g = Group { a, b, wide: 0, near: 0, near_from: 0.0, near_within: f64::NEG_INFINITY };
     for k in 0..ca.len {
         for l in 0..cb.len {
-            if !ca.is_joined(k) || !cb.is_joined(l) || (ca.yarn == cb.yarn && neighbours(ca, k, cb, l, chains, laws)) {
+            if !ca.is_joined(k) || !cb.is_joined(l) || (ca.yarn == cb.yarn && is_bend(k, l)) {
                 continue;
             }
             if lower_bound(chains, ca.first + k, cb.first + l, limit) < limit {
@@ -170,27 +171,47 @@ pub(super) fn sieve(g: &mut Group, chunks: &Chunks, chains: &Chains, laws: &Laws
     }
 }
 
-/// Width of the slab between two tubes along their common normal, m: a lower bound of their gap. Minus infinity for
-/// tubes that are all but parallel. It changes by what the nodes move and by what the sections turn.
+/// Width of the slab between two tubes along their common normal, m: a lower bound of their gap, whatever way their
+/// sections are turned about the yarn that the twist between neighbours allows. Minus infinity for tubes that are all but
+/// parallel. It changes by what the nodes move and by what the sections turn.
 #[inline]
-pub(super) fn slab(chains: &Chains, [fa, fb]: [&Family; 2], [i, j]: [u32; 2]) -> f64 {
+fn slab(chains: &Chains, [fa, fb]: [&Family; 2], [i, j]: [u32; 2]) -> f64 {
     let (x, i, j) = (&chains.position, i as usize, j as usize);
-    let ([ta, ua], [tb, ub]) = (frame(chains, i as u32), frame(chains, j as u32));
-    let cross = ta.cross(tb);
+    let (ea, eb) = (x[i + 1] - x[i], x[j + 1] - x[j]);
+    let cross = ea.cross(eb);
     let sine2 = cross.length_squared();
-    if sine2 < 0.01 {
+    if sine2 < 0.01 * ea.length_squared() * eb.length_squared() {
         return f64::NEG_INFINITY;
     }
     let n = cross / sine2.sqrt();
     let (p, q, r, s) = (x[i].dot(n), x[i + 1].dot(n), x[j].dot(n), x[j + 1].dot(n));
     let apart = (p.min(q) - r.max(s)).max(r.min(s) - p.max(q));
-    // The thicker and the wider end together: at least the section anywhere on the segment.
-    let half = |f: &Family, k: usize, t: DVec3, u: DVec3| {
+    // The thicker and the wider end together: at least the section anywhere on the segment. Its axis is the segment's or
+    // a neighbour's or between them.
+    let half = |f: &Family, k: usize, edge: DVec3| {
         let (b0, b1) = (chains.half_thickness[k], chains.half_thickness[k + 1]);
-        let section = Section { half_thickness: b0.max(b1), half_width: f.half_width(b0.min(b1)) };
-        section.support(n, t, u)
+        let (b, a) = (b0.max(b1), f.half_width(b0.min(b1)));
+        let axes = &chains.thickness_axis;
+        let across = |u: DVec3| {
+            let u = u - edge * (u.dot(edge) / edge.length_squared());
+            n.dot(u).powi(2) / u.length_squared()
+        };
+        let own = across(axes[k]);
+        let mut share = own;
+        for u in [axes[k.saturating_sub(1)], axes[(k + 1).min(axes.len() - 1)]] {
+            let other = across(u);
+            if (other - own).abs() > 1e-3 {
+                // Turned enough to pass through any direction in between.
+                return a.max(b);
+            }
+            share = if a > b { share.min(other) } else { share.max(other) };
+        }
+        if !(0.0..=1.0).contains(&share) {
+            return a.max(b);
+        }
+        (b * b * share + a * a * (1.0 - share)).sqrt() + 1e-3 * a.max(b)
     };
-    apart - half(fa, i, ta, ua) - half(fb, j, tb, ub)
+    apart - half(fa, i, ea) - half(fb, j, eb)
 }
 
 /// Distance of two centrelines, m, or something over `limit` where their bounding spheres are farther apart than that.
@@ -202,18 +223,4 @@ fn lower_bound(chains: &Chains, i: u32, j: u32, limit: f64) -> f64 {
     let middles = 0.5 * ((a0 + a1) - (b0 + b1)).length();
     let halves = 0.5 * ((a1 - a0).length() + (b1 - b0).length());
     if middles - halves > limit { middles - halves } else { closest_on_segments(a0, a1, b0, b1).delta.length() }
-}
-
-/// Segments of one yarn are neighbours while the yarn between them, at rest, is shorter than the tightest half-turn of
-/// its centreline, π times its greatest half-width; a pair is looked at once, lower segment first.
-fn neighbours(ca: &Chunk, k: u32, cb: &Chunk, l: u32, chains: &Chains, laws: &Laws) -> bool {
-    let (i, j) = (ca.first + k, cb.first + l);
-    if j <= i + 1 {
-        return true;
-    }
-    let family = &laws.families[ca.family as usize];
-    let least = family.flattening.map_or(family.half_thickness, |f| f.least);
-    let widest = family.half_width(least).max(family.half_thickness);
-    let between: f64 = chains.rest_length[i as usize + 1..j as usize].iter().sum();
-    between < std::f64::consts::PI * widest
 }

@@ -37,6 +37,15 @@ impl Chunk {
         if k == 0 { self.before } else { self.is_joined(k - 1) }
     }
 
+    /// Nodes that the place of any surface of the chunk depends on: where sections have a direction, it is shared with
+    /// the segments before and after.
+    #[inline]
+    fn nodes(&self, round: bool) -> std::ops::RangeInclusive<usize> {
+        let before = u32::from(!round && self.before);
+        let after = u32::from(!round && self.after);
+        (self.first - before) as usize..=(self.first + self.len + after) as usize
+    }
+
     #[inline]
     pub fn joins_after(&self, k: u32) -> bool {
         if k + 1 == self.len { self.after } else { self.is_joined(k + 1) }
@@ -74,6 +83,8 @@ pub(super) struct Chunks {
     pub list: Vec<Chunk>,
     pub motion: Vec<Motion>,
     seen: Vec<DVec3>,
+    /// Half-thicknesses last seen, m; empty where nothing flattens.
+    seen_thickness: Vec<f64>,
 }
 
 impl Chunks {
@@ -89,7 +100,8 @@ impl Chunks {
             }
         }
         let motion = vec![Motion::default(); list.len()];
-        let mut chunks = Self { list, motion, seen: chains.position.clone() };
+        let seen_thickness = if laws.flattens() { chains.half_thickness.clone() } else { Vec::new() };
+        let mut chunks = Self { list, motion, seen: chains.position.clone(), seen_thickness };
         chunks.join(chains);
         chunks
     }
@@ -112,33 +124,44 @@ impl Chunks {
     }
 
     /// Books how far every chunk went since the last call and how far it may go in a step of `h` s. `drift` is the mean
-    /// velocity: what all share brings nobody closer.
+    /// velocity: what all share brings nobody closer. `rates` are the sections' (m/s).
+    #[allow(clippy::too_many_arguments)]
     pub fn watch<const FLAT: bool>(
         &mut self,
         chains: &Chains,
+        rates: &[f64],
         laws: &Laws,
         h: f64,
         drift: DVec3,
         floor: f64,
         parallel: bool,
     ) {
-        let (list, seen) = (&self.list, &self.seen);
+        let (list, seen, seen_thickness) = (&self.list, &self.seen, &self.seen_thickness);
         let one = |c: &Chunk, m: &mut Motion| {
-            let nodes = c.first as usize..=(c.first + c.len) as usize;
+            let family = &laws.families[c.family as usize];
+            let nodes = c.nodes(family.round);
             let moved = chains.position[nodes.clone()].iter().zip(&seen[nodes.clone()]);
             let moved = moved.fold(0.0, |d: f64, (x, y)| d.max((*x - *y).length_squared()));
             m.path += moved.sqrt();
             if FLAT || m.radius == 0.0 {
-                let family = &laws.families[c.family as usize];
                 let b = &chains.half_thickness[nodes.clone()];
-                let radius = laws.corner * b.iter().fold(0.0, |r: f64, &b| r.max(b).max(family.half_width(b)));
-                m.path += (radius - m.radius).abs();
-                m.radius = radius;
+                m.radius = laws.corner * b.iter().fold(0.0, |r: f64, &b| r.max(b).max(family.half_width(b)));
+                if family.flattening.is_some() {
+                    let grown = b.iter().zip(&seen_thickness[nodes.clone()]).fold(0.0, |d: f64, (&now, &then)| {
+                        let wider = family.half_width(now) - family.half_width(then);
+                        d.max((now - then).abs()).max(wider.abs())
+                    });
+                    m.path += laws.corner * grown;
+                }
                 let rest = &chains.rest_length[c.first as usize..(c.first + c.len) as usize];
                 let shortest = 0.5 * rest.iter().fold(f64::INFINITY, |s: f64, &l| s.min(l));
-                m.turns = if family.round { 1.0 } else { 1.0 + 2.0 * radius / shortest };
+                m.turns = if family.round { 1.0 } else { 1.0 + 2.0 * m.radius / shortest };
             }
-            m.reach = speed(&chains.velocity[nodes], drift) * (1.25 * h) + floor;
+            let mut fastest = speed(&chains.velocity[nodes.clone()], drift);
+            if FLAT && family.flattening.is_some() {
+                fastest += laws.corner * fastest_shape(&rates[nodes]);
+            }
+            m.reach = fastest * (1.25 * h) + floor;
         };
         if parallel {
             self.motion.par_chunks_mut(1024).zip(list.par_chunks(1024)).for_each(|(m, c)| {
@@ -151,15 +174,30 @@ impl Chunks {
             self.motion.iter_mut().zip(list).for_each(|(m, c)| one(c, m));
             self.seen.copy_from_slice(&chains.position);
         }
+        if FLAT {
+            self.seen_thickness.copy_from_slice(&chains.half_thickness);
+        }
     }
 
     /// After the response: widens the reach of chunks that now move faster than was allowed for. True if any did, for
     /// then a pair may have been left out.
-    pub fn outrun(&mut self, chains: &Chains, h: f64, drift: DVec3, parallel: bool) -> bool {
+    pub fn outrun<const FLAT: bool>(
+        &mut self,
+        chains: &Chains,
+        rates: &[f64],
+        laws: &Laws,
+        h: f64,
+        drift: DVec3,
+        parallel: bool,
+    ) -> bool {
         let list = &self.list;
         let one = |c: &Chunk, m: &mut Motion| {
-            let nodes = c.first as usize..=(c.first + c.len) as usize;
-            let now = speed(&chains.velocity[nodes], drift) * h;
+            let family = &laws.families[c.family as usize];
+            let nodes = c.nodes(family.round);
+            let mut now = speed(&chains.velocity[nodes.clone()], drift) * h;
+            if FLAT && family.flattening.is_some() {
+                now += laws.corner * fastest_shape(&rates[nodes]) * h;
+            }
             let faster = now > m.reach;
             if faster {
                 m.reach = 1.5 * now;
@@ -175,6 +213,11 @@ impl Chunks {
             self.motion.iter_mut().zip(list).fold(false, |any, (m, c)| one(c, m) | any)
         }
     }
+}
+
+#[inline]
+fn fastest_shape(rates: &[f64]) -> f64 {
+    rates.iter().fold(0.0, |s: f64, r| s.max(r.abs()))
 }
 
 #[inline]

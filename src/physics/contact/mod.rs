@@ -12,9 +12,11 @@ mod candidates;
 mod chunk;
 pub mod cloth;
 mod flatten;
+mod fold;
 mod islands;
 mod law;
 mod narrow;
+mod relinearise;
 mod response;
 mod stats;
 mod step;
@@ -31,6 +33,7 @@ pub use stats::{ContactStats, RuleTotals, Seconds};
 use block::{Block, Task};
 use candidates::{Candidates, Group};
 use chunk::{Chunks, mean_velocity};
+use flatten::Sections;
 use islands::Islands;
 use law::Laws;
 use narrow::{BodyFrame, Scene, Touch};
@@ -58,6 +61,13 @@ pub struct Contact {
     chunks: Chunks,
     candidates: Candidates,
     near_bodies: Vec<NearBody>,
+    sections: Sections,
+    /// Family of each node; empty where nothing flattens.
+    family_of: Vec<u16>,
+    /// Sections are not damped.
+    glides: bool,
+    /// Stops in a row at which next to nothing moved.
+    still: u32,
     islands: Islands,
     narrow: Vec<NarrowBlock>,
     touches: [Vec<Touch>; 2],
@@ -76,6 +86,13 @@ pub struct ContactMemory {
     impulses: [Vec<(u64, DVec3)>; 2],
     /// Length of the step they belong to, s.
     step: f64,
+    /// Rates of the sections' shapes by node, m/s; empty where nothing flattens.
+    #[serde(default)]
+    shapes: Vec<f64>,
+    #[serde(default)]
+    glides: bool,
+    #[serde(default)]
+    still: u32,
 }
 
 /// Groups in a block of the narrow phase.
@@ -120,7 +137,16 @@ impl Contact {
             })
             .collect();
         let nodes = chains.position.len();
+        let flattening = if laws.flattens() { nodes } else { 0 };
+        let mut family_of = vec![0; flattening];
+        for (yarn, family) in chains.yarns.iter().zip(&laws.of_yarn).take(flattening) {
+            family_of[yarn.nodes.start as usize..yarn.nodes.end as usize].fill(*family);
+        }
         Self {
+            sections: Sections { rate: vec![0.0; flattening], before: vec![0.0; flattening] },
+            family_of,
+            glides: false,
+            still: 0,
             settings,
             rules: rules.len(),
             chunks: Chunks::new(chains, &laws),
@@ -141,13 +167,42 @@ impl Contact {
     /// All that the next step takes over from the last ones.
     pub fn memory(&self) -> ContactMemory {
         let pressed = |side: usize| self.last[side].iter().filter(|(_, p)| *p != DVec3::ZERO).copied().collect();
-        ContactMemory { impulses: [pressed(0), pressed(1)], step: self.last_h }
+        let shapes = self.sections.rate.clone();
+        ContactMemory {
+            impulses: [pressed(0), pressed(1)],
+            step: self.last_h,
+            shapes,
+            glides: self.glides,
+            still: self.still,
+        }
     }
 
     /// Goes on from a checkpoint's memory.
     pub fn recall(&mut self, memory: ContactMemory) {
         self.last = memory.impulses;
         self.last_h = memory.step;
+        (self.glides, self.still) = (memory.glides, memory.still);
+        if memory.shapes.len() == self.sections.rate.len() {
+            self.sections.rate = memory.shapes;
+        }
+    }
+
+    /// Takes the damping of the sections away, for a run that seeks the state of rest by stopping all motion itself.
+    pub fn glide(&mut self) {
+        self.glides = true;
+    }
+
+    /// Counts the stops of a static run in a row that found next to nothing moving.
+    pub fn count_still(&mut self, still: bool) -> u32 {
+        self.still = if still { self.still + 1 } else { 0 };
+        self.still
+    }
+
+    /// Brings all sections' shapes to rest; returns the kinetic energy that they had, J.
+    pub fn stop_sections(&mut self, chains: &Chains) -> f64 {
+        let had = self.sections.kinetic(chains);
+        self.sections.rate.fill(0.0);
+        had
     }
 
     /// Corrects the velocities of a step of `h` s, after the kick and before the drift. `approach` are the nodes'
@@ -191,7 +246,10 @@ impl Contact {
         let clock = Instant::now();
         let drift = mean_velocity(&chains.velocity, parallel);
         let floor = 0.5 * self.settings.tolerance;
-        self.chunks.watch::<FLAT>(chains, &self.laws, h, drift, floor, parallel);
+        if FLAT {
+            stats.compaction = self.coast(h, chains);
+        }
+        self.chunks.watch::<FLAT>(chains, &self.sections.rate, &self.laws, h, drift, floor, parallel);
         for body in &mut self.near_bodies {
             body.watch(bodies, h, drift, floor);
         }
@@ -209,15 +267,15 @@ impl Contact {
             let gained = self.gained();
             self.scatter(chains, bodies);
             stats.seconds.response += clock.elapsed().as_secs_f64();
-            if stats.passes < PASSES && self.outrun(chains, bodies, h, drift, parallel) {
-                self.take_back(chains, bodies);
+            if stats.passes < PASSES && self.outrun::<FLAT>(chains, bodies, h, drift, parallel) {
+                self.take_back(h, chains, bodies);
                 continue;
             }
             // Newton's restitution at several touches at once, or with friction, can raise the energy: such a step is
             // done again without it.
             if restitution && gained && stats.passes < PASSES + 1 {
                 restitution = false;
-                self.take_back(chains, bodies);
+                self.take_back(h, chains, bodies);
                 continue;
             }
             break;

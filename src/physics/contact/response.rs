@@ -2,9 +2,11 @@
 //!
 //! A touch may close by no more than its gap in a step (Moreau's time stepping with gaps), so nothing passes at any speed;
 //! Barauskas & Kuprys eq. 5.2 is the case of one touch at gap zero, with the mass taken at the place of contact
-//! (1/m = Σw²/m) in the place of a node's.
+//! (1/m = Σw²/m) in the place of a node's. Sections that flatten take part as one more speed of each node.
 
 use glam::{DMat3, DVec3};
+
+use super::flatten::Shape;
 
 /// A yarn node as the island sees it.
 #[derive(Clone, Copy, Debug)]
@@ -33,12 +35,14 @@ pub(super) struct Cone {
     pub push: f64,
     /// N·s, across it.
     pub rub: DVec3,
+    /// Gap that this linearisation gives for a step without motion, m.
+    pub gap: f64,
+    /// Gap that the end of the step may have at least, m: zero, or what is left of an overlap that parts slowly.
+    pub end_gap: f64,
+    /// Speed along `normal` after the step that a rebound asks for, m/s; minus infinity where none does.
+    pub rebound: f64,
     /// Least closing-positive speed along `normal` after the step, m/s (negative: may close so fast).
     pub target: f64,
-    /// The same once the sections are flattened as far as they go; equal to `target` where nothing flattens.
-    pub locked: f64,
-    /// The impulse under which the sections do not flatten further, N·s.
-    pub yield_push: f64,
     /// Effective masses along and across the normal, kg.
     pub mass: f64,
     pub mass_across: f64,
@@ -49,17 +53,16 @@ pub(super) struct Cone {
 impl Cone {
     /// Change of the normal impulse that the normal speed `vn` asks for.
     #[inline]
-    fn press<const FLAT: bool>(&mut self, vn: f64) -> f64 {
-        let mut push = self.push + (self.target - vn) * self.mass;
-        if FLAT {
-            // Below the yield the sections hold; above it they give way until they lock.
-            let hard = self.push + (self.locked - vn) * self.mass;
-            push = push.min(self.yield_push).max(hard);
-        }
-        let push = push.max(0.0);
+    fn press(&mut self, vn: f64) -> f64 {
+        let push = (self.push + (self.target - vn) * self.mass).max(0.0);
         let change = push - self.push;
         self.push = push;
         change
+    }
+
+    /// Takes the target that brings this linearisation to the gap it may end with.
+    pub fn aim(&mut self, h: f64) {
+        self.target = ((self.end_gap - self.gap) / h).max(self.rebound);
     }
 
     /// Change of the tangential impulse that the relative velocity `v` asks for, within the cone.
@@ -89,6 +92,8 @@ impl Cone {
 pub(super) struct YarnRow {
     pub nodes: [u32; 4],
     pub weights: [f64; 4],
+    /// Change of the gap with each node's shape; zero where nothing flattens.
+    pub slopes: [f64; 4],
     pub cone: Cone,
 }
 
@@ -97,6 +102,7 @@ pub(super) struct YarnRow {
 pub(super) struct BodyRow {
     pub nodes: [u32; 2],
     pub weights: [f64; 2],
+    pub slopes: [f64; 2],
     pub body: u32,
     pub arm: DVec3,
     pub cone: Cone,
@@ -115,26 +121,67 @@ impl YarnRow {
         (at(0) + at(1)) + (at(2) + at(3))
     }
 
+    /// Speed at which the sections' shapes open the gap, m/s.
     #[inline]
-    pub fn apply(&self, points: &mut [Point], impulse: DVec3) {
+    pub fn widening<const FLAT: bool>(&self, shapes: &[Shape]) -> f64 {
+        if FLAT { (0..4).map(|k| self.slopes[k] * shapes[self.nodes[k] as usize].rate).sum() } else { 0.0 }
+    }
+
+    pub fn widening_before<const FLAT: bool>(&self, shapes: &[Shape]) -> f64 {
+        if FLAT { (0..4).map(|k| self.slopes[k] * shapes[self.nodes[k] as usize].before).sum() } else { 0.0 }
+    }
+
+    /// Applies `impulse` at the place of contact, of which `push` along the normal.
+    #[inline]
+    pub fn apply<const FLAT: bool>(&self, points: &mut [Point], shapes: &mut [Shape], impulse: DVec3, push: f64) {
         for k in 0..4 {
             let p = &mut points[self.nodes[k] as usize];
             p.velocity += impulse * (self.weights[k] * p.inverse_mass);
         }
+        if FLAT {
+            for k in 0..4 {
+                let shape = &mut shapes[self.nodes[k] as usize];
+                shape.rate += push * (self.slopes[k] * shape.inverse_mass);
+            }
+        }
+    }
+
+    /// Effective masses along and across the normal, kg.
+    pub fn masses<const FLAT: bool>(&self, points: &[Point], shapes: &[Shape]) -> (f64, f64) {
+        let across: f64 = (0..4).map(|k| self.weights[k].powi(2) * points[self.nodes[k] as usize].inverse_mass).sum();
+        let shape = |k: usize| self.slopes[k].powi(2) * shapes[self.nodes[k] as usize].inverse_mass;
+        let along = if FLAT { across + (0..4).map(shape).sum::<f64>() } else { across };
+        (inverse(along), inverse(across))
     }
 
     /// One projection; returns the size of the change of impulse, N·s.
     #[inline]
-    fn relax<const FLAT: bool>(&mut self, points: &mut [Point]) -> f64 {
-        let v = self.relative(points);
-        let press = self.cone.normal * self.cone.press::<FLAT>(v.dot(self.cone.normal));
-        // The mass of points is the same in all directions: pressing leaves the tangential speed as it is.
-        let change = press + self.cone.hold(v);
-        if change != DVec3::ZERO {
-            self.apply(points, change);
+    fn relax<const FLAT: bool>(&mut self, points: &mut [Point], shapes: &mut [Shape]) -> f64 {
+        let mut most: f64 = 0.0;
+        for _ in 0..if FLAT { INNER } else { 1 } {
+            let v = self.relative(points);
+            let push = self.cone.press(v.dot(self.cone.normal) + self.widening::<FLAT>(shapes));
+            // The mass of points is the same in all directions: pressing leaves the tangential speed as it is.
+            let change = self.cone.normal * push + self.cone.hold(v);
+            if change != DVec3::ZERO {
+                self.apply::<FLAT>(points, shapes, change, push);
+            }
+            most = most.max(change.length());
+            if !FLAT || !give_way(&self.nodes, shapes) {
+                break;
+            }
         }
-        change.length()
+        most
     }
+}
+
+/// Projections of one touch in turn with the limits of its own sections.
+const INNER: usize = 4;
+
+/// Lets the sections of these nodes obey their laws and limits; true if any changed its rate.
+#[inline]
+fn give_way(nodes: &[u32], shapes: &mut [Shape]) -> bool {
+    nodes.iter().fold(false, |any, &n| (shapes[n as usize].relax() > 0.0) | any)
 }
 
 impl BodyRow {
@@ -153,10 +200,32 @@ impl BodyRow {
     }
 
     #[inline]
-    pub fn apply(&self, points: &mut [Point], bodies: &mut [Rigid], impulse: DVec3) {
+    pub fn widening<const FLAT: bool>(&self, shapes: &[Shape]) -> f64 {
+        if FLAT { (0..2).map(|k| self.slopes[k] * shapes[self.nodes[k] as usize].rate).sum() } else { 0.0 }
+    }
+
+    pub fn widening_before<const FLAT: bool>(&self, shapes: &[Shape]) -> f64 {
+        if FLAT { (0..2).map(|k| self.slopes[k] * shapes[self.nodes[k] as usize].before).sum() } else { 0.0 }
+    }
+
+    #[inline]
+    pub fn apply<const FLAT: bool>(
+        &self,
+        points: &mut [Point],
+        shapes: &mut [Shape],
+        bodies: &mut [Rigid],
+        impulse: DVec3,
+        push: f64,
+    ) {
         for k in 0..2 {
             let p = &mut points[self.nodes[k] as usize];
             p.velocity += impulse * (self.weights[k] * p.inverse_mass);
+        }
+        if FLAT {
+            for k in 0..2 {
+                let shape = &mut shapes[self.nodes[k] as usize];
+                shape.rate += push * (self.slopes[k] * shape.inverse_mass);
+            }
         }
         let b = &mut bodies[self.body as usize];
         b.velocity -= impulse * b.inverse_mass;
@@ -164,17 +233,25 @@ impl BodyRow {
     }
 
     #[inline]
-    fn relax<const FLAT: bool>(&mut self, points: &mut [Point], bodies: &mut [Rigid]) -> f64 {
-        let vn = self.relative(points, bodies).dot(self.cone.normal);
-        let press = self.cone.normal * self.cone.press::<FLAT>(vn);
-        self.apply(points, bodies, press);
-        let rub = self.cone.hold(self.relative(points, bodies));
-        self.apply(points, bodies, rub);
-        (press + rub).length()
+    fn relax<const FLAT: bool>(&mut self, points: &mut [Point], shapes: &mut [Shape], bodies: &mut [Rigid]) -> f64 {
+        let mut most: f64 = 0.0;
+        for _ in 0..if FLAT { INNER } else { 1 } {
+            let vn = self.relative(points, bodies).dot(self.cone.normal) + self.widening::<FLAT>(shapes);
+            let push = self.cone.press(vn);
+            let press = self.cone.normal * push;
+            self.apply::<FLAT>(points, shapes, bodies, press, push);
+            let rub = self.cone.hold(self.relative(points, bodies));
+            self.apply::<FLAT>(points, shapes, bodies, rub, 0.0);
+            most = most.max((press + rub).length());
+            if !FLAT || !give_way(&self.nodes, shapes) {
+                break;
+            }
+        }
+        most
     }
 
     /// Effective masses along and (at least) across the normal, kg.
-    pub fn masses(&self, points: &[Point], bodies: &[Rigid]) -> (f64, f64) {
+    pub fn masses<const FLAT: bool>(&self, points: &[Point], shapes: &[Shape], bodies: &[Rigid]) -> (f64, f64) {
         let b = &bodies[self.body as usize];
         let yarn: f64 = (0..2).map(|k| self.weights[k].powi(2) * points[self.nodes[k] as usize].inverse_mass).sum();
         let give = |p: DVec3, q: DVec3| self.arm.cross(p).dot(b.inverse_inertia * self.arm.cross(q));
@@ -183,7 +260,9 @@ impl BodyRow {
         let (ee, ef, ff) = (give(e, e), give(e, f), give(f, f));
         let most = 0.5 * (ee + ff) + (0.25 * (ee - ff).powi(2) + ef * ef).sqrt();
         let base = yarn + b.inverse_mass;
-        (inverse(base + give(n, n)), inverse(base + most))
+        let shape = |k: usize| self.slopes[k].powi(2) * shapes[self.nodes[k] as usize].inverse_mass;
+        let shapes = if FLAT { shape(0) + shape(1) } else { 0.0 };
+        (inverse(base + give(n, n) + shapes), inverse(base + most))
     }
 }
 
@@ -198,6 +277,8 @@ pub(super) struct Island<'a> {
     pub yarns: &'a mut [YarnRow],
     pub with_bodies: &'a mut [BodyRow],
     pub points: &'a mut [Point],
+    /// Beside the points where something flattens.
+    pub shapes: &'a mut [Shape],
     pub bodies: &'a mut [Rigid],
 }
 
@@ -213,32 +294,39 @@ impl Island<'_> {
         let mut linear = 0.0;
         let mut quadratic = 0.0;
         for r in &*self.yarns {
-            linear += gain::<FLAT>(&r.cone, r.relative_before(self.points));
-            r.apply(self.points, r.cone.impulse());
+            let before = r.relative_before(self.points);
+            linear += r.cone.impulse().dot(before);
+            linear += r.cone.push * (r.widening_before::<FLAT>(self.shapes) - r.cone.target);
+            r.apply::<FLAT>(self.points, self.shapes, r.cone.impulse(), r.cone.push);
         }
         for r in &*self.with_bodies {
-            linear += gain::<FLAT>(&r.cone, r.relative_before(self.points, self.bodies));
-            r.apply(self.points, self.bodies, r.cone.impulse());
+            let before = r.relative_before(self.points, self.bodies);
+            linear += r.cone.impulse().dot(before);
+            linear += r.cone.push * (r.widening_before::<FLAT>(self.shapes) - r.cone.target);
+            r.apply::<FLAT>(self.points, self.shapes, self.bodies, r.cone.impulse(), r.cone.push);
         }
         for r in &*self.yarns {
             let change = r.relative(self.points) - r.relative_before(self.points);
-            quadratic += change.dot(r.cone.impulse());
+            let shape = r.widening::<FLAT>(self.shapes) - r.widening_before::<FLAT>(self.shapes);
+            quadratic += change.dot(r.cone.impulse()) + r.cone.push * shape;
         }
         for r in &*self.with_bodies {
             let change = r.relative(self.points, self.bodies) - r.relative_before(self.points, self.bodies);
-            quadratic += change.dot(r.cone.impulse());
+            let shape = r.widening::<FLAT>(self.shapes) - r.widening_before::<FLAT>(self.shapes);
+            quadratic += change.dot(r.cone.impulse()) + r.cone.push * shape;
         }
         let scale = if quadratic > 0.0 { (-linear / quadratic).clamp(0.0, 1.0) } else { 0.0 };
         if scale == 1.0 {
             return;
         }
         for r in &mut *self.yarns {
-            r.apply(self.points, r.cone.impulse() * (scale - 1.0));
+            r.apply::<FLAT>(self.points, self.shapes, r.cone.impulse() * (scale - 1.0), r.cone.push * (scale - 1.0));
             r.cone.push *= scale;
             r.cone.rub *= scale;
         }
         for r in &mut *self.with_bodies {
-            r.apply(self.points, self.bodies, r.cone.impulse() * (scale - 1.0));
+            let back = (r.cone.impulse() * (scale - 1.0), r.cone.push * (scale - 1.0));
+            r.apply::<FLAT>(self.points, self.shapes, self.bodies, back.0, back.1);
             r.cone.push *= scale;
             r.cone.rub *= scale;
         }
@@ -251,27 +339,21 @@ impl Island<'_> {
         for sweep in 1..=most {
             residual = 0.0;
             for r in &mut *self.yarns {
-                let change = r.relax::<FLAT>(self.points);
+                let change = r.relax::<FLAT>(self.points, self.shapes);
                 residual = f64::max(residual, change * inverse(r.cone.mass));
             }
             for r in &mut *self.with_bodies {
-                let change = r.relax::<FLAT>(self.points, self.bodies);
+                let change = r.relax::<FLAT>(self.points, self.shapes, self.bodies);
                 residual = f64::max(residual, change * inverse(r.cone.mass_across));
             }
             residual *= h;
-            // One touch alone is solved exactly by its first projection.
+            // One touch alone is solved exactly by its first projection, if no section reaches a limit.
             let alone = self.yarns.len() + self.with_bodies.len() == 1;
-            if residual < tolerance / 32.0 || (alone && self.with_bodies.is_empty()) {
-                return (sweep, if alone { 0.0 } else { residual });
+            let exact = alone && !FLAT;
+            if residual < tolerance / 32.0 || (exact && self.with_bodies.is_empty()) {
+                return (sweep, if exact { 0.0 } else { residual });
             }
         }
         (most, residual)
     }
-}
-
-/// λᵀ(v − b) of one touch.
-#[inline]
-fn gain<const FLAT: bool>(cone: &Cone, v: DVec3) -> f64 {
-    let target = if FLAT { cone.locked } else { cone.target };
-    cone.impulse().dot(v) - cone.push * target
 }

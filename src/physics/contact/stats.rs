@@ -6,7 +6,7 @@ use glam::DVec3;
 /// adds up to the change of kinetic energy exactly.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RuleTotals {
-    /// By normal impulses: impact losses and flattening.
+    /// By normal impulses: impact losses.
     pub normal: f64,
     /// By friction.
     pub friction: f64,
@@ -69,6 +69,12 @@ pub struct ContactStats {
     /// Candidates were sought anew, around so many chunks.
     pub rebuilt: bool,
     pub rebuilt_chunks: usize,
+    /// Touches that were linearised anew within the step.
+    pub relinearised: usize,
+    /// Kinetic energy of the sections' shapes after the step, J. It came through the impulses of contact.
+    pub sections: f64,
+    /// What compaction laws, damping and limits took out of it in the step, J.
+    pub compaction: f64,
     /// Times the narrow phase ran: more than once when impulses made something faster than was allowed for.
     pub passes: u32,
     /// Impulse (N·s) on each body and its moment about the body's centre (N·m·s).

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 use std::time::Instant;
 
+use super::flatten::{alone, moved};
 use super::*;
 
 impl NearBody {
@@ -125,6 +126,7 @@ impl Contact {
             with_bodies: &self.touches[1],
             warm: [&self.warm[0], &self.warm[1]],
             approach,
+            sections: &self.sections,
             local: &self.local,
             tolerance: self.settings.tolerance,
             sweeps: self.settings.sweeps,
@@ -150,10 +152,13 @@ impl Contact {
         gain > 1e-9 * scale
     }
 
-    pub(super) fn scatter(&self, chains: &mut Chains, bodies: &mut Bodies) {
-        for block in self.used() {
+    pub(super) fn scatter(&mut self, chains: &mut Chains, bodies: &mut Bodies) {
+        for block in &self.blocks[..self.islands.blocks.len() - 1] {
             for (&n, p) in block.nodes.iter().zip(&block.points) {
                 chains.velocity[n as usize] = p.velocity;
+            }
+            for (&n, shape) in block.nodes.iter().zip(&block.shapes) {
+                self.sections.rate[n as usize] = shape.rate;
             }
             for b in block.touched_bodies() {
                 bodies.velocity[b] = block.bodies[b].velocity;
@@ -163,10 +168,14 @@ impl Contact {
     }
 
     /// Velocities as they were before the response.
-    pub(super) fn take_back(&self, chains: &mut Chains, bodies: &mut Bodies) {
-        for block in self.used() {
+    pub(super) fn take_back(&mut self, h: f64, chains: &mut Chains, bodies: &mut Bodies) {
+        for block in &self.blocks[..self.islands.blocks.len() - 1] {
             for (&n, p) in block.nodes.iter().zip(&block.points) {
                 chains.velocity[n as usize] = p.before;
+            }
+            for (&n, shape) in block.nodes.iter().zip(&block.shapes) {
+                let family = &self.laws.families[self.family_of[n as usize] as usize];
+                self.sections.rate[n as usize] = alone(family, chains, n as usize, shape.before, h);
             }
             for b in block.touched_bodies() {
                 [bodies.velocity[b], bodies.spin[b]] = block.bodies[b].before;
@@ -175,8 +184,15 @@ impl Contact {
     }
 
     /// Whether something now moves faster than its reach allowed for; widens the reach of all that do.
-    pub(super) fn outrun(&mut self, chains: &Chains, bodies: &Bodies, h: f64, drift: DVec3, parallel: bool) -> bool {
-        let mut any = self.chunks.outrun(chains, h, drift, parallel);
+    pub(super) fn outrun<const FLAT: bool>(
+        &mut self,
+        chains: &Chains,
+        bodies: &Bodies,
+        h: f64,
+        drift: DVec3,
+        parallel: bool,
+    ) -> bool {
+        let mut any = self.chunks.outrun::<FLAT>(chains, &self.sections.rate, &self.laws, h, drift, parallel);
         for body in &mut self.near_bodies {
             let now = h * body.speed(bodies, drift);
             if now > body.reach {
@@ -205,12 +221,8 @@ impl Contact {
         let gaps = self.touches.iter().flatten().map(|t| -t.gap);
         stats.overlap_before = gaps.fold(0.0, f64::max);
         for block in &self.blocks[..self.islands.blocks.len() - 1] {
-            if FLAT {
-                for &(n, b) in &block.flattened {
-                    let now = &mut chains.half_thickness[n as usize];
-                    *now = now.min(b);
-                }
-            }
+            stats.compaction += block.compaction;
+            stats.relinearised += block.relinearised;
             stats.sweeps = stats.sweeps.max(block.sweeps);
             stats.unresolved = stats.unresolved.max(block.unresolved);
             stats.overlap = stats.overlap.max(block.overlap);
@@ -223,6 +235,26 @@ impl Contact {
                 sum[1] += b[1];
             }
         }
+        if FLAT {
+            self.drift_sections(h, chains);
+            stats.sections = self.sections.kinetic(chains);
+        }
+    }
+
+    /// Shapes after the step.
+    fn drift_sections(&mut self, h: f64, chains: &mut Chains) {
+        let moving = self.sections.rate.iter().enumerate().filter(|(_, rate)| **rate != 0.0);
+        for (n, &rate) in moving {
+            let family = &self.laws.families[self.family_of[n] as usize];
+            chains.half_thickness[n] = moved(family, chains.half_thickness[n], rate, h);
+        }
+    }
+
+    /// Damps the sections' rates at the start of a step; returns what that took, J.
+    pub(super) fn coast(&mut self, h: f64, chains: &Chains) -> f64 {
+        let of = &self.family_of;
+        let damped_for = if self.glides { 0.0 } else { h };
+        self.sections.coast(h, damped_for, chains, |n| of[n] as usize, &self.laws.families)
     }
 }
 
