@@ -66,7 +66,7 @@ impl Lowering<'_> {
             Signal::Curve { points, at } => Op::Curve { points: points.clone(), at: self.signal(at) },
             // The largest height of nodes at the end is that of the highest node at the end.
             Signal::Parts(op, of) => {
-                let extreme = std::mem::replace(&mut self.extreme, Some(*op));
+                let extreme = self.extreme.replace(*op);
                 let parts = of.iter().map(|part| self.signal(part)).collect();
                 self.extreme = extreme;
                 Op::Parts(*op, parts)
