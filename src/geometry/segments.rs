@@ -482,11 +482,12 @@ mod tests {
         best
     }
 
-    /// Random tubes meet mostly at their flat ends, the worst case: even so 98 of 100 gaps are exact, and none is far off.
-    /// Tapers and twists cost a few more.
+    /// Random tubes meet mostly at their flat ends, the worst case: even so no gap is short by a thousandth of the
+    /// half-thickness, which is what contact leaves as overlap. Where half of the thickness goes over one segment, and the
+    /// section twists besides, a few are short by more than a fiftieth of it (never long: every gap is certified).
     #[test]
     fn tube_gap_finds_the_best_direction() {
-        for (taper, twist, most) in [(0.0, 0.0, 50), (0.5, 0.0, 25), (0.5, 0.6, 25)] {
+        for (taper, twist, near, one_in) in [(0.0, 0.0, 5e-5, 1500), (0.5, 0.0, 1e-3, 50), (0.5, 0.6, 1e-3, 20)] {
             use proptest::strategy::ValueTree;
             let mut runner = proptest::test_runner::TestRunner::deterministic();
             let (mut tried, mut short) = (0, 0);
@@ -510,12 +511,11 @@ mod tests {
                 let best = search(&a, &b, found);
                 assert_eq!(tube_gap_within(&a, &b, found.gap), Some(found));
                 assert_eq!(tube_gap_within(&a, &b, 0.9 * found.gap), None);
-                assert!(best - found.gap < 0.05, "{best} {}", found.gap);
-                short += usize::from(best - found.gap > 1e-9);
+                short += usize::from(best - found.gap > near);
                 tried += 1;
             }
             println!("taper {taper}, twist {twist}: {short} of {tried} short");
-            assert!(short * most <= tried, "taper {taper}, twist {twist}: {short} of {tried}");
+            assert!(short * one_in < tried, "taper {taper}, twist {twist}: {short} of {tried}");
         }
     }
 

@@ -19,10 +19,13 @@ pub(super) struct Contacts {
 
 impl Maker<'_> {
     /// Makes the default rule of every pair that contact knows, then lets the `contact` blocks of the scene change them.
-    pub(super) fn contacts(&mut self) -> Contacts {
+    /// `of_net` is false in static runs of sheets and lines, which know no contact.
+    pub(super) fn contacts(&mut self, of_net: bool) -> Contacts {
         let net = self.net_contacts();
         let mut rules = self.default_rules();
-        rules.extend(self.net_rules(&net));
+        if of_net {
+            rules.extend(self.net_rules(&net));
+        }
         rules.sort_by_key(|rule| rule.between);
         let mut excluded: Vec<([ContactSide; 2], OriginId)> = Vec::new();
         let blocks: Vec<(&Item, &Contact)> = self

@@ -225,9 +225,9 @@ impl Maker<'_> {
 
     /// `known` is false in static runs of sheets and lines, which know no contact.
     fn contact_passes(&mut self, chains: &[DomainId], known: bool, origin: OriginId, order: &mut Order) {
-        let Contacts { yarns: rules, net, skins } = self.contacts();
+        let Contacts { yarns: rules, net, skins } = self.contacts(known);
         self.refuse_overlapping_starts(&rules);
-        let touches = known && !net.is_empty();
+        let touches = !net.is_empty();
         if touches {
             let kernel = Kernel::NetContact { rules: net, skins };
             let reads = ["position", "velocity"];
@@ -290,7 +290,6 @@ impl Maker<'_> {
                 self.decide("rigid_motion", "bodies", false, "no body is in the scene", Vec::new());
             }
         }
-        self.decide("self-contact", "bodies", false, "bodies do not touch bodies yet", Vec::new());
         let air = self.scene.items.iter().find(|item| matches!(item.body, ItemBody::Air(_)));
         match air.map(|air| air.span) {
             Some(span) => {
