@@ -118,6 +118,11 @@ impl Maker<'_> {
                     excluded.push((between, origin));
                     continue;
                 }
+                // A line meets itself only where this asks for it.
+                let itself = matches!(between, [ContactSide::Net(a), ContactSide::Net(b)] if a == b);
+                if itself && !rules.iter().any(|rule| rule.between == between) {
+                    rules.push(self.net_rule(between, origin));
+                }
                 for rule in rules.iter_mut().filter(|rule| rule.between == between) {
                     rule.restitution = *contact.restitution;
                     if let Some(friction) = friction {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::plan::{ContactRule, ContactSide, ContactVariant, FrictionLaw, NetSkin};
+use crate::plan::{ContactRule, ContactSide, ContactVariant, FrictionLaw, NetSkin, OriginId};
 use crate::scene::{Friction, Given, How, Item, ItemBody, ItemId};
 
 use super::Maker;
@@ -88,10 +88,12 @@ impl Maker<'_> {
         let wholes = self.wholes();
         let mut pairs: Vec<([ContactSide; 2], ItemId)> = Vec::new();
         for (i, (item, side)) in contacts.sides.iter().enumerate() {
-            for (_, other) in &contacts.sides[i..] {
+            let whole = wholes.iter().find(|whole| whole.first == *item);
+            // A slack line hangs in a loop narrower than itself: it meets itself only where a `contact` asks for it.
+            let from = if whole.is_some_and(|whole| whole.cloth) { i } else { i + 1 };
+            for (_, other) in &contacts.sides[from..] {
                 pairs.push(([*side.min(other), *side.max(other)], *item));
             }
-            let whole = wholes.iter().find(|whole| whole.first == *item);
             for (index, body) in bodies.iter().enumerate() {
                 // What hangs on a body by its lines starts within it.
                 if !whole.is_some_and(|whole| whole.bodies.contains(body)) {
@@ -106,18 +108,23 @@ impl Maker<'_> {
         }
         let rule = |(between, item): ([ContactSide; 2], ItemId)| {
             let origin = self.written(self.scene.item(item).span);
-            let [a, b] = between.map(|side| self.own_friction(side));
-            ContactRule {
-                name: String::new(),
-                between,
-                restitution: 0.0,
-                friction: mixed(a, b),
-                variant: ContactVariant::Tubes,
-                boxed: false,
-                origin,
-            }
+            self.net_rule(between, origin)
         };
         pairs.into_iter().map(rule).collect()
+    }
+
+    /// A pair of the net with the parts' own friction and no restitution.
+    pub(super) fn net_rule(&self, between: [ContactSide; 2], origin: OriginId) -> ContactRule {
+        let [a, b] = between.map(|side| self.own_friction(side));
+        ContactRule {
+            name: String::new(),
+            between,
+            restitution: 0.0,
+            friction: mixed(a, b),
+            variant: ContactVariant::Tubes,
+            boxed: false,
+            origin,
+        }
     }
 
     /// The rigid bodies in the order of their indices.
