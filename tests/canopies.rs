@@ -16,7 +16,8 @@ fn plan(canopy: &str) -> Plan {
     let file = sources.add("canopy.chute", text);
     let mut found = Vec::new();
     let program = check(&mut sources, file, &Options::default(), &mut found);
-    let made = program.and_then(|program| make(&sources, &program, &program.cases[0], &MakeOptions::default(), &mut found));
+    let made =
+        program.and_then(|program| make(&sources, &program, &program.cases[0], &MakeOptions::default(), &mut found));
     assert!(found.is_empty(), "{canopy}:\n{}", render::human(&sources, &found, Some(100), false));
     made.unwrap_or_else(|| panic!("{canopy} has no plan"))
 }

@@ -21,9 +21,9 @@ fn hairpin(half_thickness: f64, half_width: f64, radius: f64, speed: f64) -> Sce
     }));
     nodes.extend((1..=legs).map(|k| DVec3::new(-spacing * k as f64, -radius, 0.0)));
     s.yarn(&nodes, DVec3::ZERO);
-    for n in 0..nodes.len() {
-        let leg = (-nodes[n].x / 3e-3).clamp(0.0, 1.0);
-        s.chains.velocity[n] = DVec3::NEG_Y * (speed * leg * nodes[n].y.signum());
+    for (n, node) in nodes.iter().enumerate() {
+        let leg = (-node.x / 3e-3).clamp(0.0, 1.0);
+        s.chains.velocity[n] = DVec3::NEG_Y * (speed * leg * node.y.signum());
         // Thickness in the plane of the bend.
         s.chains.thickness_axis[n] = DVec3::Y;
     }

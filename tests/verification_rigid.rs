@@ -73,7 +73,7 @@ fn a_free_body_keeps_its_angular_momentum_and_precesses() {
 #[test]
 fn a_body_reaches_its_terminal_velocity() {
     let (mass, drag_area, density) = (80.0, 0.7, 1.225);
-    let terminal = (2.0 * mass * GRAVITY / (density * drag_area) as f64).sqrt();
+    let terminal = (2.0 * mass * GRAVITY / (density * drag_area)).sqrt();
     for (name, by, step) in [("leapfrog", Step::Leapfrog, 1e-3), ("rk4", Step::Whole(Scheme::Rk4), 5e-2)] {
         for time in [1.0, 4.0, 20.0] {
             let outcome = alone(

@@ -140,7 +140,7 @@ fn quick_disc(draft: &mut Draft, velocity: f64, areal_density: f64) -> DomainId 
 fn an_open_canopy_falls_as_the_formula_says() {
     let (drag_area, density) = (12.0, 0.5);
     let mass = 16.0 * density;
-    let terminal = (2.0 * mass * GRAVITY / (1.225 * drag_area) as f64).sqrt();
+    let terminal = (2.0 * mass * GRAVITY / (1.225 * drag_area)).sqrt();
     let mut draft = Draft::new();
     let sheet = quick_disc(&mut draft, 0.0, density);
     let air = canopy_air(sheet, drag_area, 1.0, 2.0);

@@ -29,8 +29,7 @@ const ENERGY: f64 = 20.0;
 pub fn seconds(body: &Body, nodes: u64, steps: u64, duration: Option<f64>) -> f64 {
     let flattens = body.domains.iter().flat_map(|domain| domain.recipe.laws()).any(|law| law.flattening.is_some());
     let share = |kernel: &Kernel| share(body, kernel, nodes);
-    let kernels: f64 =
-        body.passes.iter().map(|pass| nanoseconds(&pass.kernel, flattens) * share(&pass.kernel)).sum();
+    let kernels: f64 = body.passes.iter().map(|pass| nanoseconds(&pass.kernel, flattens) * share(&pass.kernel)).sum();
     let reads = |quantity: Quantity| {
         let read = |op: &Op| matches!(op, Op::Read(reading) if reading.quantity == quantity);
         f64::from(u8::from(body.tapes.iter().flat_map(|tape| &tape.ops).any(read)))

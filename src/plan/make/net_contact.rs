@@ -166,10 +166,9 @@ enum Own {
 /// The geometric mean of two sides' coefficients; none where one of them slides freely.
 fn mixed(a: Own, b: Own) -> Option<FrictionLaw> {
     match (a, b) {
-        (Own::Rubs(a), Own::Rubs(b)) => Some(FrictionLaw {
-            at_rest: (a.at_rest * b.at_rest).sqrt(),
-            sliding: (a.sliding * b.sliding).sqrt(),
-        }),
+        (Own::Rubs(a), Own::Rubs(b)) => {
+            Some(FrictionLaw { at_rest: (a.at_rest * b.at_rest).sqrt(), sliding: (a.sliding * b.sliding).sqrt() })
+        }
         (Own::Rubs(law), Own::Other) | (Own::Other, Own::Rubs(law)) => Some(law),
         _ => None,
     }
