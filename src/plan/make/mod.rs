@@ -17,6 +17,7 @@ mod net;
 mod net_contact;
 mod net_nodes;
 mod net_passes;
+mod pace;
 mod places;
 mod running;
 mod scheme;
