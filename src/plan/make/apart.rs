@@ -28,24 +28,22 @@ pub(super) struct Whole {
 }
 
 impl Maker<'_> {
-    /// W0760 for every sheet that something could meet which contact does not keep away: yarns always, all in a static run.
-    pub(super) fn warn_of_passing_through(&mut self, is_static: bool) {
+    /// W0760 for every sheet that something could meet which contact does not keep away: yarns always, all where the
+    /// run knows no contact, for the reason given.
+    pub(super) fn warn_of_passing_through(&mut self, unknown: Option<&'static str>) {
         if self.pieces.is_empty() || self.diagnostics.iter().any(Diagnostic::is_error) {
             return;
         }
         let origin = self.body.domains[self.pieces[0].domain.0 as usize].origin;
-        let reason = if is_static {
-            "a static run of sheets and lines knows no contact yet"
-        } else {
-            "contact of sheets and lines with yarns is not available yet"
-        };
+        let is_unknown = unknown.is_some();
+        let reason = unknown.unwrap_or("contact of sheets and lines with yarns is not available yet");
         let wholes = self.wholes();
-        if is_static || wholes.iter().any(|whole| whole.woven) {
+        if is_unknown || wholes.iter().any(|whole| whole.woven) {
             self.decide("contact", "sheets and lines", false, reason, vec![origin]);
         }
         for whole in wholes.iter().filter(|whole| whole.cloth) {
             let later = |other: &&Whole| other.first != whole.first && !(other.cloth && other.first < whole.first);
-            let unkept = |other: &&Whole| is_static || other.woven;
+            let unkept = |other: &&Whole| is_unknown || other.woven;
             let names = wholes.iter().filter(later).filter(unkept).map(|other| format!("`{}`", other.name));
             let mut others: Vec<String> = names.collect();
             others.dedup();

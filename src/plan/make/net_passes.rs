@@ -9,7 +9,7 @@ use crate::plan::{
     BendingLaw, Bound, CanopyAir, Centre, DomainId, Drive, FabricLaw, Field, Init, Join, Kernel, MembraneLaw, NodeSet,
     OriginId, Precision, Pressure, QuasiSteady, Role,
 };
-use crate::scene::{Air, Cut, GasAmount, Item, ItemBody, ItemId, Load, Push, SelectionTerm, Stretch};
+use crate::scene::{Air, Cut, GasAmount, Item, ItemBody, ItemId, Load, Permeability, Push, SelectionTerm, Stretch};
 
 use super::net::Form;
 use super::{Maker, group_name};
@@ -24,6 +24,8 @@ struct Part {
     origin: OriginId,
     line: bool,
     bending: Option<&'static str>,
+    /// What its fabric says that nothing reads yet.
+    unread: [bool; 2],
 }
 
 impl Maker<'_> {
@@ -31,13 +33,14 @@ impl Maker<'_> {
     pub(super) fn net_kernels(&mut self) -> Vec<(String, Kernel, OriginId)> {
         let part = |piece: &super::net::Piece| {
             let known = &self.body.domains[piece.domain.0 as usize];
+            let unread = unread(&self.scene.item(piece.item).body);
             let (line, bending) = match &piece.form {
                 Form::Sheet { law, .. } => (false, bending_of(&law.membrane, law.bending.as_ref())),
                 Form::Line { .. } => (true, None),
                 Form::Point(_) => return None,
             };
             let (domain, name, origin) = (piece.domain, known.name.clone(), known.origin);
-            Some(Part { domain, name, origin, line, bending })
+            Some(Part { domain, name, origin, line, bending, unread })
         };
         let parts: Vec<Part> = self.pieces.iter().filter_map(part).collect();
         let mut kernels = Vec::new();
@@ -45,7 +48,7 @@ impl Maker<'_> {
             self.net_fields(piece);
         }
         for part in parts {
-            let Part { domain, name, origin, line, bending } = part;
+            let Part { domain, name, origin, line, bending, unread: [strength, permeability] } = part;
             let group = group_name(&name);
             if line {
                 kernels.push((format!("cord of {name}"), Kernel::Cord { domain }, origin));
@@ -53,6 +56,14 @@ impl Maker<'_> {
                 continue;
             }
             kernels.push((format!("membrane of {name}"), Kernel::Membrane { domain }, origin));
+            if strength {
+                let reason = "no kernel tears a sheet yet: the `strength` of its fabric is not read";
+                self.decide_once("tearing", &group, false, reason, vec![origin]);
+            }
+            if permeability {
+                let reason = "no flow is solved: the `permeability` of its fabric is not read";
+                self.decide_once("leakage", &group, false, reason, vec![origin]);
+            }
             let reason = bending.unwrap_or("its fabric has no `bending`");
             if self.decide_once("bending", &group, bending.is_some(), reason, vec![origin]) && bending.is_some() {
                 kernels.push((format!("bending of {name}"), Kernel::Bending { domain }, origin));
@@ -420,4 +431,14 @@ fn bending_of(membrane: &MembraneLaw, bending: Option<&BendingLaw>) -> Option<&'
         (_, Some(BendingLaw::Hinge { .. })) => Some("its fabric resists bending: hinges between triangles"),
         (_, Some(BendingLaw::OppositeSprings { .. })) => Some("springs between opposite vertices resist folding"),
     }
+}
+
+/// Whether a sheet's fabric has a strength and lets air through.
+fn unread(item: &ItemBody) -> [bool; 2] {
+    let fabric = match item {
+        ItemBody::Cloth(cloth) => &cloth.fabric,
+        ItemBody::Gore(gore) => &gore.fabric,
+        _ => return [false; 2],
+    };
+    [fabric.strength.is_some(), fabric.permeability.value != Permeability::Impermeable]
 }

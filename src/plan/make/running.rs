@@ -52,14 +52,15 @@ impl Maker<'_> {
             let fields = ["position", "velocity"];
             order.kick.push(self.pass("integrate", kernel, &["force", "mass"], &fields, run_origin));
         }
-        self.contact_passes(&chains, !stepping.equilibrium, run_origin, &mut order);
+        let unknown = stepping.knows_no_contact();
+        self.contact_passes(&chains, unknown.is_none(), run_origin, &mut order);
         if moves {
             order.drift.push(self.pass("drift", Kernel::Drift, &["velocity"], &["position"], run_origin));
         }
         self.bodies_decision();
         self.static_passes(run, &stepping, run_origin, &mut order);
         order.after.push(self.pass("ledger", Kernel::Ledger, &["position", "velocity"], &["ledger"], run_origin));
-        self.warn_of_passing_through(stepping.equilibrium);
+        self.warn_of_passing_through(unknown);
         self.schedule(run, viscosity.unwrap_or(0.0), opening, order, &stepping);
     }
 
@@ -205,7 +206,7 @@ impl Maker<'_> {
         }
     }
 
-    /// `known` is false in static runs of sheets and lines, which know no contact.
+    /// `known` is false in static runs of sheets and lines and with `adaptive`, which know no contact.
     fn contact_passes(&mut self, chains: &[DomainId], known: bool, origin: OriginId, order: &mut Order) {
         let Contacts { yarns: rules, net, skins } = self.contacts(known);
         self.refuse_overlapping_starts(&rules);

@@ -28,6 +28,17 @@ pub(super) struct Stepping {
     pub reach: f64,
 }
 
+impl Stepping {
+    /// Why sheets, lines and bodies do not touch in this run; none where they do.
+    pub fn knows_no_contact(&self) -> Option<&'static str> {
+        if self.equilibrium {
+            return Some("a static run of sheets and lines knows no contact yet");
+        }
+        // It takes steps of its own within a step; contact corrects whole ones.
+        matches!(self.scheme, Some(Scheme::Embedded { .. })).then_some("`adaptive` knows no contact yet")
+    }
+}
+
 impl Maker<'_> {
     /// Chooses the scheme and says why; `bound` is the stable step of leapfrog (s).
     pub(super) fn stepping(&mut self, run: &Run, run_origin: OriginId, chains: bool, bound: f64) -> Stepping {

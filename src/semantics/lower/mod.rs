@@ -18,13 +18,15 @@ pub use de::{LowerError, from_object};
 pub use draft::{draft_from_wif, draft_of};
 
 /// Fields that are declared and checked, and that no pass reads yet; a block that writes one cannot run.
-pub const NOT_YET: [(&str, &str, &str); 8] = [
+pub const NOT_YET: [(&str, &str, &str); 10] = [
     ("strand", "position", "placing of strands other than by `between`"),
     ("strand", "turn", "placing of strands other than by `between`"),
     ("action", "during", "stages"),
     ("fix", "to", "moved places"),
     ("line", "position", "placing of lines other than by their places"),
     ("line", "turn", "placing of lines other than by their places"),
+    ("seam", "bending", "seams that resist bending"),
+    ("seam", "efficiency", "cloth that tears"),
     ("run", "accuracy", "error control"),
     ("run", "judged_by", "error control"),
 ];
