@@ -150,6 +150,7 @@ impl<'a> Maker<'a> {
             Extents::Duration(given) => Some(given.value),
             _ => None,
         };
+        self.weigh_schemes(run);
         self.advice.seconds = super::cost::seconds(&self.body, self.advice.nodes, self.advice.steps, duration);
     }
 

@@ -25,6 +25,9 @@ const TURN: f64 = 0.04;
 /// Steps after which a static run that has not settled is stopped.
 const MOST_STATIC_STEPS: u64 = 2_000_000;
 
+/// Steps that Newton takes to the equilibrium of a drape, for the estimate of its time.
+const USUAL_NEWTON_STEPS: u64 = 60;
+
 impl Maker<'_> {
     pub(super) fn schedule(
         &mut self,
@@ -62,7 +65,8 @@ impl Maker<'_> {
             Some(opening) => Node::Seq(vec![Node::Pass(opening), repeated]),
             None => repeated,
         };
-        self.advise(most_steps);
+        let steps = if stepping.equilibrium { USUAL_NEWTON_STEPS } else { most_steps };
+        self.advise(steps);
     }
 
     /// The smallest stable step of all domains (s), and which of [`super::Advice::bounds`] sets it.

@@ -1,7 +1,7 @@
 //! How the run steps: leapfrog or a scheme that takes the whole step, and what bounds its step.
 
 use crate::diagnostics::Diagnostic;
-use crate::plan::{OriginId, Scheme};
+use crate::plan::{OriginId, Scheme, cost};
 use crate::scene::{Extents, Integrator, Run, Step};
 
 use super::Maker;
@@ -89,6 +89,31 @@ impl Maker<'_> {
         Stepping { leapfrog, scheme: scheme.filter(|_| !still), equilibrium, reach: reach(scheme) }
     }
 
+    /// What the run would take by leapfrog and by an implicit rule, as a note of the plan. `auto` does not take the implicit
+    /// one for a run in time by itself, even where it is cheaper: it damps what vibrates faster than its step, and whether
+    /// that matters is the user's to say.
+    pub(super) fn weigh_schemes(&mut self, run: &Run) {
+        let Extents::Duration(duration) = &run.extent else { return };
+        let bound = self.advice.bounds.iter().map(|bound| bound.step).fold(f64::INFINITY, f64::min);
+        if self.pieces.is_empty() || !self.chain_domains().is_empty() || !bound.is_finite() || duration.value <= 0.0 {
+            return;
+        }
+        if IMPLICIT_OVER.min(duration.value / LEAST_STEPS / bound) < 10.0 {
+            return;
+        }
+        let [explicit, implicit] = cost::explicit_and_implicit(&self.body, self.advice.nodes);
+        let steps = |step: f64| (duration.value / step).ceil();
+        let far = (IMPLICIT_OVER * bound).min(duration.value / LEAST_STEPS);
+        let [leap, back] = [steps(NET_SHARE * bound), steps(far)];
+        let [by_leap, by_back] = [leap * explicit, back * implicit];
+        self.advice.notes.push(format!(
+            "leapfrog: {leap} steps, about {}; backward_euler: {back} steps of {:.0} times the bound, about {}",
+            lasting(by_leap),
+            far / bound,
+            lasting(by_back)
+        ));
+    }
+
     fn take_tolerances(&mut self, run: &Run, scheme: Option<Scheme>) {
         let given = match scheme {
             Some(Scheme::Embedded { .. }) => Some(("tolerance", &run.tolerance)),
@@ -145,6 +170,15 @@ impl Maker<'_> {
                 })
             }
         }
+    }
+}
+
+/// `40 s`, `12 min`, `3.2 h`.
+fn lasting(seconds: f64) -> String {
+    match seconds {
+        s if s < 100.0 => format!("{s:.1} s"),
+        s if s < 6000.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
     }
 }
 
