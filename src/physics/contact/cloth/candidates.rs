@@ -56,7 +56,7 @@ struct LeafPair {
 const BATCH: usize = 256;
 
 /// Steps at the present speed that a node's radius allows for.
-const AHEAD: f64 = 4.0;
+pub(super) const AHEAD: f64 = 4.0;
 
 /// Mean of vectors in a fixed order.
 pub(super) fn mean(vectors: impl ExactSizeIterator<Item = DVec3>) -> DVec3 {

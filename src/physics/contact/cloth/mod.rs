@@ -9,6 +9,7 @@ mod cull;
 mod features;
 mod law;
 mod narrow;
+mod nearby;
 mod pairs;
 mod response;
 mod rows;
@@ -29,12 +30,12 @@ pub use stats::{ClothContactStats, ClothSeconds, Refused};
 
 use candidates::Candidates;
 use law::Laws;
+use nearby::{Berth, Found, Nearby};
 use pairs::{BodyMeet, Skeleton};
 use response::Islands;
 use rows::{Key, Rigid, Row};
 use shapes::Course;
 use sweep::{Hit, Hits};
-use touching::BodyPair;
 use zones::Zones;
 
 use super::super::Bodies;
@@ -73,7 +74,14 @@ pub struct ClothContact {
     zones: Zones,
     /// Distance of each candidate at the start of the step, m.
     distances: Vec<f64>,
-    with_bodies: Vec<BodyPair>,
+    /// Elements near each body, where each body was when they were listed, and the net's path from its reference to then, m.
+    nearby: Vec<Nearby>,
+    berths: Vec<Berth>,
+    berth_drifts: Vec<DVec3>,
+    found: Vec<Found>,
+    solids: Vec<crate::geometry::Solid>,
+    /// Room for a place of each node in a list.
+    place_of: Vec<u32>,
     rows: Vec<Row>,
     room: Vec<narrow::Room>,
     hit_room: Vec<Hits>,
@@ -97,6 +105,8 @@ pub struct ClothMemory {
     step: f64,
     position: Vec<DVec3>,
     radius: Vec<f64>,
+    berths: Vec<Berth>,
+    drifts: Vec<DVec3>,
 }
 
 impl ClothContact {
@@ -107,14 +117,22 @@ impl ClothContact {
             let (middle, half) = solid.bounding_box();
             solid.bounding_radius().max(middle.length() + half.length())
         });
+        let laws = Laws::new(rules, features.parts.len(), count);
+        let pairs = (0..count as u32).flat_map(|b| (0..features.parts.len() as u32).map(move |p| (b, p)));
+        let nearby = pairs.filter_map(|(b, p)| laws.of_body(p, b).map(|rule| Nearby::new(b, p, rule))).collect();
         Self {
             settings,
-            laws: Laws::new(rules, features.parts.len(), count),
+            laws,
             candidates: Candidates::new(&features),
             islands: Islands::new(features.nodes, count),
             zones: Zones::new(features.nodes, count),
             distances: Vec::new(),
-            with_bodies: Vec::new(),
+            nearby,
+            berths: Vec::new(),
+            berth_drifts: Vec::new(),
+            found: Vec::new(),
+            solids: bodies.solids.clone(),
+            place_of: vec![0; features.nodes],
             rows: Vec::new(),
             room: Vec::new(),
             hit_room: Vec::new(),
@@ -139,6 +157,8 @@ impl ClothContact {
             step: self.last_h,
             position: self.candidates.reference.position.clone(),
             radius: self.candidates.reference.radius.clone(),
+            berths: self.berths.clone(),
+            drifts: self.berth_drifts.clone(),
         }
     }
 
@@ -150,6 +170,8 @@ impl ClothContact {
         self.candidates.reference.radius = memory.radius;
         if !self.candidates.reference.position.is_empty() {
             self.candidates.seek(&self.features, &self.laws, false);
+            (self.berths, self.berth_drifts) = (memory.berths, memory.drifts);
+            (0..self.berths.len()).for_each(|b| self.list_nearby(b));
         }
     }
 

@@ -158,7 +158,8 @@ fn slices(x: [DVec3; 3], solid: &Solid) -> ([f64; 3], Near) {
 }
 
 /// The share of a step after which an element may first be nearer to a body than `separation` (m), by conservative
-/// advancement; None if it never is. `distance` is that at the start.
+/// advancement; None if it never is. `distance` is that at the start; a meeting is told with `near` (m) left.
+#[allow(clippy::too_many_arguments)]
 pub(super) fn element_meets(
     start: [DVec3; 3],
     motion: [DVec3; 3],
@@ -167,26 +168,27 @@ pub(super) fn element_meets(
     course: &Course,
     distance: f64,
     separation: f64,
+    near: f64,
 ) -> Option<f64> {
     let count = if is_face { 3 } else { 2 };
     let fastest = motion[..count].iter().map(|m| (*m - course.path).length()).fold(0.0, f64::max);
     let closing = fastest + course.swing();
-    advance(distance - separation, closing, |share| {
+    advance(distance - separation, near, closing, |share| {
         let pose = course.at(share);
         let x = [0, 1, 2].map(|k| pose.local(start[k] + share * motion[k]));
         element_near(x, is_face, solid).near.distance - separation
     })
 }
 
-/// Steps forward while nothing can have met (Li, Kaufman & Jiang 2021, §4.3); a meeting is told with a tenth of the first gap left.
-pub(super) fn advance(first_gap: f64, closing: f64, gap_at: impl Fn(f64) -> f64) -> Option<f64> {
+/// Steps forward while nothing can have met (Li, Kaufman & Jiang 2021, §4.3); a meeting is told with a gap of `near` left,
+/// at most a tenth of the first one.
+pub(super) fn advance(first_gap: f64, near: f64, closing: f64, gap_at: impl Fn(f64) -> f64) -> Option<f64> {
     if first_gap.is_nan() || first_gap <= 0.0 || !closing.is_finite() {
         return Some(0.0);
     }
     if first_gap > closing {
         return None;
     }
-    let near = 0.1 * first_gap;
     let (mut time, mut gap) = (0.0, first_gap - near);
     for _ in 0..4096 {
         time += 0.9 * gap / closing;
