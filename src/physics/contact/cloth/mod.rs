@@ -6,6 +6,7 @@
 
 mod candidates;
 mod cull;
+mod edges;
 mod features;
 mod law;
 mod narrow;
@@ -47,7 +48,7 @@ pub struct ClothSettings {
     pub skin: f64,
     /// Most Gauss–Seidel sweeps of an island in a round.
     pub sweeps: u32,
-    /// Overlaps up to this are left, m; an island is solved when no impulse moves its touch by more than a thirty-second of it.
+    /// Overlaps up to this are left, m; an island is solved when no impulse moves its touch by more than an eighth of it.
     pub tolerance: f64,
     /// Distance at which two bodies touch, m; small beside them, for nothing keeps a resting body from the last of it.
     pub margin: f64,

@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::super::stats::RuleTotals;
 use super::candidates::{AHEAD, mean};
 use super::nearby::Ground;
-use super::response::{Task, book, gained, solve, take_bodies};
+use super::response::{SETTLED, Task, book, gained, solve, take_bodies};
 use super::rows::{Motion, Row};
 use super::shapes::Pose;
 use super::touching::Scene;
@@ -22,6 +22,9 @@ pub(super) struct Net<'a> {
     pub approach: &'a [DVec3],
     pub inverse_mass: &'a [f64],
 }
+
+/// Rounds in which what only ends a little too near gets rows.
+const SOFT_ROUNDS: u32 = 3;
 
 impl ClothContact {
     pub(super) fn step(
@@ -58,6 +61,7 @@ impl ClothContact {
                 self.respond(net, velocity, &task, &mut stats);
             }
             self.look_ahead(net, velocity, bodies, &mut stats, parallel);
+            self.leave_settled(net, velocity, stats.rounds);
             if self.hits.is_empty() {
                 clear = true;
                 break;
@@ -311,10 +315,20 @@ impl ClothContact {
         }
         (self.nearby, self.found) = (nearby, found);
         self.each_body_pair(bodies, |pair, _| {
-            hits.extend(pair.meets().map(|(share, row)| Hit { share, row }));
+            hits.extend(pair.meets().map(|(share, row)| Hit { share, row, hard: true }));
         });
         (self.hit_room, self.hits) = (room, hits);
         stats.seconds.sweep += clock.elapsed().as_secs_f64();
+    }
+
+    /// Drops hits that only end a little too near and whose row would do nothing, and all such after a few rounds: what is left
+    /// of the thickness there the rows of the next step win back.
+    fn leave_settled(&mut self, net: Net<'_>, velocity: &[DVec3], round: u32) {
+        let Self { hits, bodies, settings, .. } = self;
+        let settled = |row: &Row| {
+            net.h * row.relative_of(velocity, bodies).dot(row.normal) >= -row.gap - settings.tolerance * SETTLED
+        };
+        hits.retain(|hit| hit.hard || (round <= SOFT_ROUNDS && !settled(&hit.row)));
     }
 
     /// Makes rows of the hits, in the order of their features.
@@ -382,6 +396,7 @@ impl ClothContact {
             (stats.zones, stats.zone_nodes) = (zones, self.zones.len());
             stats.seconds.zones += clock.elapsed().as_secs_f64();
             self.look_ahead(net, velocity, bodies, stats, parallel);
+            self.hits.retain(|hit| hit.hard);
             if self.hits.is_empty() {
                 stats.zone_loss = energy - self.kinetic(net, velocity, &self.bodies);
                 return stats.zone_loss >= -1e-12 * energy;

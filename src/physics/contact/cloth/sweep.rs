@@ -5,8 +5,8 @@ use rayon::prelude::*;
 
 use super::candidates::Pair;
 use super::narrow::{self, closing, nearest};
-use super::rows::Row;
 use super::nearby::{Found, NearElement, NearNode, Nearby, Plane};
+use super::rows::Row;
 use super::shapes::{element_meets, element_near};
 use super::touching::{BodyPair, Scene, body_row};
 use crate::geometry::impact::{edge_edge, vertex_face};
@@ -17,6 +17,8 @@ pub(super) struct Hit {
     /// Share of the step.
     pub share: f64,
     pub row: Row,
+    /// It would come nearer than must be left; else it only ends a little nearer than it should.
+    pub hard: bool,
 }
 
 /// Room for the hits of one task.
@@ -125,14 +127,15 @@ fn net_pair(scene: &Scene<'_>, pair: &Pair, distance: f64, hits: &mut Hits) {
     // Parallel edges meet with their ends too, and those have rows.
     if let Some(mut row) = narrow::row(scene.features, pair, &near, then) {
         let apart: DVec3 = (0..4).map(|k| scene.position[row.nodes[k] as usize] * row.weights[k]).sum();
-        row.gap = allowed(apart.dot(row.normal), pair.thickness);
-        hits.list.push(Hit { share, row });
+        row.gap = allowed(apart.dot(row.normal), pair.thickness, wanted);
+        hits.list.push(Hit { share, row, hard: met.is_some() });
     }
 }
 
-/// By how much two places may close along the normal of their meeting, m, from how far they are apart along it at the start.
-fn allowed(apart: f64, thickness: f64) -> f64 {
-    (apart - thickness).max(0.0)
+/// By how much two places may close along the normal of their meeting, m, from how far they are apart along it at the start;
+/// negative where they must part to end `wanted` apart, as turning features must.
+fn allowed(apart: f64, thickness: f64, wanted: f64) -> f64 {
+    if apart >= thickness { apart - thickness } else { (apart - wanted).clamp(-2.0 * SLACK * thickness, 0.0) }
 }
 
 fn body_pair(scene: &Scene<'_>, pair: &BodyPair, nodes: &[NearNode], known: &mut NearElement, found: &mut Found) {
@@ -186,6 +189,6 @@ fn body_pair(scene: &Scene<'_>, pair: &BodyPair, nodes: &[NearNode], known: &mut
     let touched = place(then, near.weights) - near.near.distance * near.near.normal;
     let apart = (at_start - course.start.place(touched)).dot(row.normal);
     row.arms[1] = at_start - course.start.position;
-    row.gap = allowed(apart, thickness);
-    found.hits.push(Hit { share, row });
+    row.gap = allowed(apart, thickness, wanted);
+    found.hits.push(Hit { share, row, hard: met.is_some() });
 }
