@@ -5,11 +5,12 @@ use glam::{DQuat, DVec3};
 
 use super::{NetKind, NetRun};
 use crate::backend::cpu::Refusal;
+use crate::backend::cpu::actions::{Action, ActionKind};
 use crate::backend::cpu::engine::Engine;
 use crate::backend::observe::HaltReason;
 use crate::geometry::sheet;
 use crate::physics::contact::cloth::{
-    ClothContact, ClothContactStats, ClothMemory, ClothRule, ClothSettings, ClothSide, Features, Part,
+    ClothContact, ClothContactStats, ClothMemory, ClothRule, ClothSettings, ClothSide, Features, Part, Refused,
 };
 use crate::plan::{ContactRule, ContactSide, DomainId, Kernel, NetSkin, OriginId, Plan, Recipe};
 
@@ -242,14 +243,47 @@ impl Engine<'_> {
         totals.rebuilds += u64::from(stats.rebuilt);
         totals.sweeps += u64::from(stats.sweeps);
         totals.deepest = totals.deepest.max(stats.deepest);
-        if let Some(refused) = stats.refused {
-            let message = format!(
-                "contact cannot clear this step: things would meet after {:.0} % of it, and every way out is blocked",
-                100.0 * refused.share_of_step
-            );
-            let origin = pass(self.plan).map(|(_, _, origin)| origin);
-            self.stop(HaltReason::Penetration, message, None, origin);
+        if let Some(refused) = &stats.refused {
+            self.refuse_contact(refused);
         }
+    }
+
+    /// Stops the run where contact could not clear a step, at the line of what drives things there if anything does.
+    fn refuse_contact(&mut self, refused: &Refused) {
+        let drives = |action: &&Action| {
+            let of_net = action.net.iter().any(|(node, _)| refused.nodes.contains(node));
+            let moves = matches!(action.kind, ActionKind::Velocity(_));
+            action.acts() && moves && (of_net || action.bodies.iter().any(|body| refused.bodies.contains(body)))
+        };
+        // The first body is one that moves, where one does.
+        let of_first = |action: &&Action| refused.bodies.first().is_some_and(|body| action.bodies.contains(body));
+        let driver =
+            self.actions.iter().filter(drives).find(of_first).or_else(|| self.actions.iter().find(drives));
+        let done = 100.0 * refused.share_of_step;
+        let passes = &self.plan.body.passes;
+        let driven = driver.and_then(|action| {
+            let is_it = |pass: &&crate::plan::Pass| {
+                pass.name == action.name && matches!(pass.kernel, Kernel::Drive { .. } | Kernel::Fix { .. })
+            };
+            passes.iter().find(is_it).map(|pass| (action.name.clone(), pass.origin))
+        });
+        let (message, origin) = match driven {
+            Some((name, origin)) => {
+                let message = format!(
+                    "`{name}` cannot go on: what it moves leaves no room for the thickness of what lies between (after \
+                     {done:.1} % of this step, however short its parts are)"
+                );
+                (message, Some(origin))
+            }
+            None => {
+                let message = format!(
+                    "contact cannot clear this step: things would meet after {done:.1} % of it, every way out is blocked, \
+                     and shorter parts of the step do not help"
+                );
+                (message, pass(self.plan).map(|(_, _, origin)| origin))
+            }
+        };
+        self.stop(HaltReason::Penetration, message, None, origin);
     }
 
     fn book_whole_body_contact(&mut self, i: usize, kicked: DVec3, kicked_spin: DVec3) {

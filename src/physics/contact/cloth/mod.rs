@@ -6,6 +6,7 @@
 
 mod candidates;
 mod cull;
+mod cut;
 mod edges;
 mod features;
 mod law;
@@ -179,7 +180,8 @@ impl ClothContact {
     /// Corrects the velocities of a step of `h` s, after the kick and before the drift x ← x + h·v (bodies turn freely).
     /// `position` (m) and `approach` (m/s) are the nodes' at the start of the step, `velocity` (m/s) after the kick;
     /// `inverse_mass` (1/kg) is zero for nodes that are held or driven. Runs on `pool`, or on the calling thread where there is
-    /// none; the bits are the same. Where the answer is `refused`, nothing was changed.
+    /// none; the bits are the same. A step that cannot be cleared is taken in parts, and the velocities are then the means
+    /// over them. Where the answer is `refused`, nothing was changed.
     #[allow(clippy::too_many_arguments)]
     pub fn solve(
         &mut self,
@@ -196,9 +198,13 @@ impl ClothContact {
             return ClothContactStats { body_impulse, ..ClothContactStats::default() };
         }
         let net = step::Net { h, position, approach, inverse_mass };
+        let mut whole = |parallel: bool| {
+            let stats = self.step(net, velocity, bodies, parallel);
+            if stats.refused.is_some() { self.cut(net, velocity, bodies, parallel, stats) } else { stats }
+        };
         match pool {
-            Some(pool) if pool.current_num_threads() > 1 => pool.install(|| self.step(net, velocity, bodies, true)),
-            _ => self.step(net, velocity, bodies, false),
+            Some(pool) if pool.current_num_threads() > 1 => pool.install(|| whole(true)),
+            _ => whole(false),
         }
     }
 }

@@ -75,8 +75,10 @@ impl ClothContact {
         if clear {
             self.finish(net, bodies);
         } else {
-            let share = self.hits.iter().map(|hit| hit.share).fold(1.0, f64::min);
-            stats.refused = Some(Refused { share_of_step: share });
+            stats.refused = Some(self.stuck(net, &stats));
+            stats.rules.fill(RuleTotals::default());
+            stats.body_impulse.fill([DVec3::ZERO; 2]);
+            stats.zone_loss = 0.0;
             velocity.copy_from_slice(&self.before);
         }
         stats
@@ -403,6 +405,33 @@ impl ClothContact {
             }
         }
         false
+    }
+
+    /// What holds or drives the things that still meet.
+    fn stuck(&self, net: Net<'_>, stats: &ClothContactStats) -> Refused {
+        let mut refused =
+            Refused { share_of_step: self.hits.iter().map(|hit| hit.share).fold(1.0, f64::min), ..Refused::default() };
+        let members = self.zones.members().filter(|_| stats.zones > 0);
+        let of_hits = self.hits.iter().flat_map(|hit| {
+            let bodies = hit.row.bodies.into_iter().filter(|b| *b != super::rows::NONE);
+            let nodes = hit.row.nodes.into_iter().filter(|_| hit.row.weights != [0.0; 4]);
+            nodes.chain(bodies.map(|b| b + self.features.nodes as u32))
+        });
+        for m in members.chain(of_hits) {
+            let body = m.checked_sub(self.features.nodes as u32);
+            match body {
+                Some(b) if self.bodies[b as usize].inverse_mass == 0.0 => refused.bodies.push(b),
+                None if net.inverse_mass[m as usize] == 0.0 => refused.nodes.push(m),
+                _ => {}
+            }
+        }
+        let still = |v: DVec3| u8::from(v == DVec3::ZERO);
+        let body_still = |b: u32| still(self.bodies[b as usize].velocity + self.bodies[b as usize].spin);
+        refused.bodies.sort_unstable_by_key(|b| (body_still(*b), *b));
+        refused.bodies.dedup();
+        refused.nodes.sort_unstable_by_key(|n| (still(self.before[*n as usize]), *n));
+        refused.nodes.dedup();
+        refused
     }
 
     /// Kinetic energy of all that can move, J.
