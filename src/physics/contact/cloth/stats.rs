@@ -24,7 +24,8 @@ impl ClothSeconds {
         self.candidates + self.narrow + self.response + self.sweep + self.zones
     }
 
-    pub(super) fn add(&mut self, other: &Self) {
+    /// Adds another account to this one.
+    pub fn add(&mut self, other: &Self) {
         self.candidates += other.candidates;
         self.narrow += other.narrow;
         self.response += other.response;
