@@ -77,6 +77,7 @@ struct Runner<'e, 'p, 'o> {
     steps: u64,
     positions_before: Vec<DVec3>,
     poses_before: Vec<(DVec3, DQuat)>,
+    net_before: Vec<DVec3>,
     /// For the outcome of a run that ends in not-a-numbers.
     last_good: State,
 }
@@ -102,6 +103,7 @@ impl<'e, 'p, 'o> Runner<'e, 'p, 'o> {
             steps: 0,
             positions_before: Vec::new(),
             poses_before: Vec::new(),
+            net_before: Vec::new(),
             last_good: State::default(),
             engine,
         }
@@ -217,6 +219,7 @@ impl<'e, 'p, 'o> Runner<'e, 'p, 'o> {
             if self.verify.is_some() {
                 self.positions_before.clone_from(&self.engine.chains.position);
                 self.engine.body_poses(&mut self.poses_before);
+                self.net_before.clone_from(&self.engine.net.net.position);
             }
             self.execute(each);
             if self.engine.halt.is_some() {
@@ -260,6 +263,7 @@ impl<'e, 'p, 'o> Runner<'e, 'p, 'o> {
                 bodies_before: &self.poses_before,
                 chains: &engine.chains,
                 bodies: &engine.bodies,
+                net: engine.net_view(&self.net_before),
             });
             match finding {
                 Finding::Fine => {}

@@ -5,11 +5,12 @@ use glam::{DQuat, DVec3};
 
 use super::{NetKind, NetRun};
 use crate::backend::cpu::Refusal;
+use crate::backend::cpu::actions::{Action, ActionKind};
 use crate::backend::cpu::engine::Engine;
-use crate::backend::observe::HaltReason;
+use crate::backend::observe::{HaltReason, NetView};
 use crate::geometry::sheet;
 use crate::physics::contact::cloth::{
-    ClothContact, ClothContactStats, ClothMemory, ClothRule, ClothSettings, ClothSide, Features, Part,
+    ClothContact, ClothContactStats, ClothMemory, ClothRule, ClothSettings, ClothSide, Features, Part, Refused,
 };
 use crate::plan::{ContactRule, ContactSide, DomainId, Kernel, NetSkin, OriginId, Plan, Recipe};
 
@@ -19,6 +20,11 @@ pub struct NetTouch {
     pub last: ClothContactStats,
     /// The `contact` block that each rule of the solver comes from; empty where none does.
     rules: Vec<String>,
+    /// What an oracle is told: parts, their domains, the pairs that touch, and the places of the material.
+    parts: Vec<Part>,
+    domains: Vec<DomainId>,
+    between: Vec<[ClothSide; 2]>,
+    rest: Vec<DVec3>,
     /// v* of nodes.
     kicked: Vec<DVec3>,
     /// v* and spin* of bodies.
@@ -70,9 +76,11 @@ impl Engine<'_> {
         // The side that each part belongs to.
         let mut known: Vec<DomainId> = Vec::new();
         let mut parts = Vec::new();
+        let mut domains = Vec::new();
         for skin in skins {
             if let Some(part) = part(&self.net, skin) {
                 known.push(skin.side);
+                domains.push(skin.domain);
                 parts.push(part);
             }
         }
@@ -114,7 +122,8 @@ impl Engine<'_> {
         }
         let refuse =
             |error: crate::physics::contact::cloth::FeatureError| Refusal::new(error.to_string(), Some(origin));
-        let features = Features::new(&parts, unfolded(self.plan, &self.net)).map_err(refuse)?;
+        let rest = unfolded(self.plan, &self.net);
+        let features = Features::new(&parts, rest.clone()).map_err(refuse)?;
         let mut settings = ClothSettings::for_half_thickness(thinnest);
         if parts.is_empty() {
             // A few rows between bodies are solved to the end for next to nothing.
@@ -128,6 +137,10 @@ impl Engine<'_> {
             solver,
             last: ClothContactStats::default(),
             rules: kept,
+            between: laws.iter().map(|law| law.between).collect(),
+            parts,
+            domains,
+            rest,
             kicked: Vec::new(),
             bodies_kicked: Vec::new(),
         });
@@ -242,14 +255,54 @@ impl Engine<'_> {
         totals.rebuilds += u64::from(stats.rebuilt);
         totals.sweeps += u64::from(stats.sweeps);
         totals.deepest = totals.deepest.max(stats.deepest);
-        if let Some(refused) = stats.refused {
-            let message = format!(
-                "contact cannot clear this step: things would meet after {:.0} % of it, and every way out is blocked",
-                100.0 * refused.share_of_step
-            );
-            let origin = pass(self.plan).map(|(_, _, origin)| origin);
-            self.stop(HaltReason::Penetration, message, None, origin);
+        let cloth = totals.cloth.get_or_insert_default();
+        cloth.pairs += stats.pairs as u64;
+        cloth.tests += stats.tests as u64;
+        cloth.sweeps += u64::from(stats.sweeps);
+        cloth.rounds += u64::from(stats.rounds);
+        cloth.zones += stats.zones as u64;
+        cloth.cut += u64::from(stats.parts > 0);
+        cloth.seconds.add(&stats.seconds);
+        if let Some(refused) = &stats.refused {
+            self.refuse_contact(refused);
         }
+    }
+
+    /// Stops the run where contact could not clear a step, at the line of what drives things there if anything does.
+    fn refuse_contact(&mut self, refused: &Refused) {
+        let drives = |action: &&Action| {
+            let of_net = action.net.iter().any(|(node, _)| refused.nodes.contains(node));
+            let moves = matches!(action.kind, ActionKind::Velocity(_));
+            action.acts() && moves && (of_net || action.bodies.iter().any(|body| refused.bodies.contains(body)))
+        };
+        // The first body is one that moves, where one does.
+        let of_first = |action: &&Action| refused.bodies.first().is_some_and(|body| action.bodies.contains(body));
+        let driver = self.actions.iter().filter(drives).find(of_first).or_else(|| self.actions.iter().find(drives));
+        let done = 100.0 * refused.share_of_step;
+        let passes = &self.plan.body.passes;
+        let driven = driver.and_then(|action| {
+            let is_it = |pass: &&crate::plan::Pass| {
+                pass.name == action.name && matches!(pass.kernel, Kernel::Drive { .. } | Kernel::Fix { .. })
+            };
+            passes.iter().find(is_it).map(|pass| (action.name.clone(), pass.origin))
+        });
+        let (message, origin) = match driven {
+            Some((name, origin)) => {
+                let message = format!(
+                    "`{name}` cannot go on: what it moves leaves no room for the thickness of what lies between (after \
+                     {done:.1} % of this step, however short its parts are)"
+                );
+                (message, Some(origin))
+            }
+            None => {
+                let message = format!(
+                    "contact cannot clear this step: things would meet after {done:.1} % of it, every way out is blocked, \
+                     and shorter parts of the step do not help"
+                );
+                (message, pass(self.plan).map(|(_, _, origin)| origin))
+            }
+        };
+        self.stop(HaltReason::Penetration, message, None, origin);
     }
 
     fn book_whole_body_contact(&mut self, i: usize, kicked: DVec3, kicked_spin: DVec3) {
@@ -282,6 +335,14 @@ impl Engine<'_> {
             touch.rules.iter().zip(&touch.last.rules).any(|(rule, totals)| rule == item && totals.exchanged > 0.0)
         };
         self.net_touch.as_ref().is_some_and(pressed)
+    }
+
+    /// What an oracle may see of the net in a step that began at these places.
+    pub(in crate::backend::cpu) fn net_view<'a>(&'a self, before: &'a [DVec3]) -> Option<NetView<'a>> {
+        let touch = self.net_touch.as_ref().filter(|touch| !touch.parts.is_empty())?;
+        let after = &self.net.net.position;
+        let NetTouch { rest, parts, domains, between, .. } = touch;
+        Some(NetView { before, after, rest, parts, domains, between })
     }
 
     /// What the next step takes over; empty without contact of the net.
