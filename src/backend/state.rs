@@ -3,6 +3,7 @@
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
+use super::cpu::StageSpan;
 use super::ledger::Ledger;
 use super::tape::Memory;
 use crate::physics::Run;
@@ -53,6 +54,9 @@ pub struct State {
     pub penetrations: u64,
     /// Kinetic energy at the last settling check, J.
     pub kinetic_before: f64,
+    /// Stages that are over.
+    #[serde(default)]
+    pub stages: Vec<StageSpan>,
 }
 
 /// How far a fix or pull has come.

@@ -92,6 +92,7 @@ fn nanoseconds(kernel: &Kernel, flattens: bool) -> f64 {
         | Kernel::Drive { .. }
         | Kernel::Cut { .. }
         | Kernel::Stretch { .. }
+        | Kernel::Release { .. }
         | Kernel::HalfKick => 0.0,
     }
 }

@@ -79,6 +79,8 @@ pub enum Kernel {
     QuasiSteady(QuasiSteady),
     /// Parts lines, or sheets along a row of nodes.
     Cut { what: Vec<NodeSet>, timing: Timing },
+    /// Ends another action, by the name of its pass.
+    Release { action: String, timing: Timing },
     /// Rest length over the first rest length (1), a scalar tape.
     Stretch { domains: Vec<DomainId>, tape: TapeId, timing: Timing },
     /// Takes the whole step of the net and of bodies in place of kick and drift.
@@ -93,7 +95,8 @@ pub enum Kernel {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Axes(pub [bool; 3]);
 
-/// When an action acts: from the first step with t ≥ at at which `when` held, plus `delay`, until `until` holds.
+/// When an action acts: from the first step with t ≥ at at which `when` held, plus `delay`, until `until` holds. With
+/// `during`, in the stage of that name alone, and t is counted from its start.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Timing {
     /// s.
@@ -102,6 +105,8 @@ pub struct Timing {
     /// None: from `at` on.
     pub when: Option<TapeId>,
     pub until: Option<TapeId>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub during: Option<String>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -103,4 +103,7 @@ pub struct Reduction {
     /// s.
     pub after: Option<Slot>,
     pub before: Option<Slot>,
+    /// Name of the stage whose steps alone it sees.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub during: Option<String>,
 }

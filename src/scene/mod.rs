@@ -11,13 +11,13 @@ mod sheet;
 mod signal;
 mod solid;
 
-pub use action::{Contact, ContactModel, Cut, Drive, Fix, Load, Pull, Push, Stretch};
+pub use action::{Contact, ContactModel, Cut, Drive, Fix, Load, Pull, Push, Release, Stretch};
 pub use fabric::{
     Both, Break, CellSource, Compaction, Draft, Extent, Fibre, Flattening, Friction, Pattern, Scatter, Strand,
     Strength, Threads, Weave, Yarn, YarnSize,
 };
 pub use given::{Given, How, Origin};
-pub use running::{Expect, Extents, Integrator, Picture, Precision, Probe, Record, Recorded, Run, Shown, Step, View};
+pub use running::{Expect, Extents, Integrator, Picture, Precision, Probe, Record, Recorded, Run, Shown, Stage, Step, View};
 pub use sheet::{
     Air, Canopy, Cell, Cloth, ClothModel, Cord, CordPull, Fabric, Flow, ForceAtStrain, Gas, GasAmount, Gore, Line,
     Outline, Permeability, Seam, Spot, Start, Stiffness, Topology, Way,
@@ -103,6 +103,8 @@ pub enum ItemBody {
     Fix(Fix),
     Pull(Pull),
     Contact(Contact),
+    Release(Release),
+    Stage(Stage),
     Run(Run),
     Record(Record),
     Picture(Picture),

@@ -47,6 +47,8 @@ pub enum ActionKind {
         tape: TapeId,
         parts: Vec<usize>,
     },
+    /// Ends the action of this index.
+    Release(usize),
 }
 
 impl Action {
@@ -87,6 +89,7 @@ pub fn actions(engine: &Engine<'_>) -> Result<Vec<Action>, Refusal> {
                 (&[], ActionKind::Stretch { tape: *tape, parts: parts_of(engine, domains, pass)? })
             }
             Kernel::Cut { what, .. } => (&[], ActionKind::Cut(engine.net.cuts(what, pass)?)),
+            Kernel::Release { action, .. } => (&[], ActionKind::Release(released(engine, action, pass)?)),
             _ => continue,
         };
         let (mut nodes, mut bodies, mut net) = (Vec::new(), Vec::new(), Vec::new());
@@ -141,6 +144,15 @@ pub fn actions(engine: &Engine<'_>) -> Result<Vec<Action>, Refusal> {
     Ok(actions)
 }
 
+/// The index among the actions of the one that a pass ends.
+fn released(engine: &Engine<'_>, name: &str, pass: &Pass) -> Result<usize, Refusal> {
+    let passes = &engine.plan.body.passes;
+    let found = engine.program.actions.iter().position(|index| passes[*index].name == name);
+    found.ok_or_else(|| {
+        Refusal::new(format!("`{}` ends `{name}`, which is not in the plan", pass.name), Some(pass.origin))
+    })
+}
+
 /// Parts of the net by their domains.
 fn parts_of(engine: &Engine<'_>, domains: &[DomainId], pass: &Pass) -> Result<Vec<usize>, Refusal> {
     let parts: Option<Vec<usize>> = domains.iter().map(|domain| engine.net.part_of_domain(domain.0)).collect();
@@ -165,23 +177,47 @@ impl Engine<'_> {
             let is_true = |tape: &Option<TapeId>, none: bool| {
                 tape.as_ref().map_or(none, |tape| self.tapes[tape.0 as usize].is_true())
             };
-            if action.state == ActionState::Waiting && now >= action.timing.at && is_true(&action.timing.when, true) {
+            let before = action.state;
+            let began = if action.timing.during.is_some() { self.staging.began } else { 0.0 };
+            if action.timing.during.is_some() && action.timing.during != self.staging.name {
+                // Its stage has not come, or is over.
+                if before != ActionState::Waiting {
+                    action.state = ActionState::Over;
+                }
+                changed |= action.state != before;
+                continue;
+            }
+            if before == ActionState::Waiting && now >= began + action.timing.at && is_true(&action.timing.when, true) {
                 action.state = ActionState::Triggered(self.time);
             }
             if let ActionState::Triggered(at) = action.state
                 && now >= at + action.timing.delay
             {
                 action.state = ActionState::Acting;
-                changed = true;
             }
             if action.state == ActionState::Acting && is_true(&action.timing.until, false) {
                 action.state = ActionState::Over;
-                changed = true;
             }
+            changed |= action.state != before;
         }
+        changed |= self.release();
         if changed {
             self.hold_what_is_held();
         }
+    }
+
+    /// Ends what releases end whose time has come; true where something ended.
+    fn release(&mut self) -> bool {
+        let mut released = false;
+        for index in 0..self.actions.len() {
+            if let (ActionKind::Release(target), true) = (&self.actions[index].kind, self.actions[index].acts()) {
+                let target = *target;
+                self.actions[target].state = ActionState::Over;
+                self.actions[index].state = ActionState::Over;
+                released = true;
+            }
+        }
+        released
     }
 
     /// Gives every node and body the inverse mass that the acting holds leave it.
@@ -245,7 +281,10 @@ impl Engine<'_> {
                 }
                 ActionKind::Hold(axes) => self.hold_axes(action, *axes),
                 // Loads of the net were in its kick.
-                ActionKind::Pressure { .. } | ActionKind::Cut(_) | ActionKind::Stretch { .. } => {}
+                ActionKind::Pressure { .. }
+                | ActionKind::Cut(_)
+                | ActionKind::Stretch { .. }
+                | ActionKind::Release(_) => {}
                 ActionKind::Force(tape) => {
                     let count = action.count();
                     let share = self.tapes[tape.0 as usize].components() / count;

@@ -13,14 +13,14 @@ impl Maker<'_> {
     pub(super) fn fix(&mut self, item: &Item, fix: &Fix) -> Option<(Kernel, OriginId)> {
         let origin = self.written(item.span);
         let nodes = self.node_sets(&fix.what)?;
-        let timing = self.timing(item, &fix.at, &fix.delay, &fix.when, fix.until.as_ref());
+        let timing = self.timing(item, &fix.at, &fix.delay, &fix.when, fix.until.as_ref(), fix.during.as_ref());
         Some((Kernel::Fix { nodes, axes: Axes(fix.axes.value), timing }, origin))
     }
 
     pub(super) fn pull(&mut self, item: &Item, pull: &Pull) -> Option<(Kernel, OriginId)> {
         let origin = self.written(item.span);
         let nodes = self.node_sets(&pull.what)?;
-        let timing = self.timing(item, &pull.at, &pull.delay, &pull.when, pull.until.as_ref());
+        let timing = self.timing(item, &pull.at, &pull.delay, &pull.when, pull.until.as_ref(), pull.during.as_ref());
         let drive = match &pull.drive {
             scene::Drive::Velocity(signal) => Drive::Velocity(self.tape(format!("{}.velocity", item.name), signal)),
             scene::Drive::Force(signal) => Drive::Force(self.tape(format!("{}.force", item.name), signal)),
@@ -39,6 +39,7 @@ impl Maker<'_> {
         delay: &Given<f64>,
         when: &Given<Signal>,
         until: Option<&Given<Signal>>,
+        during: Option<&Given<String>>,
     ) -> Timing {
         for (field, given) in [("at", at), ("delay", delay)] {
             self.take(format!("{}.{field}", item.name), given, format!("{} us", given.value * 1e6));
@@ -46,7 +47,11 @@ impl Maker<'_> {
         let always = matches!(when.value, Signal::Truth(true));
         let when = (!always).then(|| self.tape(format!("{}.when", item.name), when));
         let until = until.map(|signal| self.tape(format!("{}.until", item.name), signal));
-        Timing { at: at.value, delay: delay.value, when, until }
+        if let Some(stage) = during {
+            self.take(format!("{}.during", item.name), stage, stage.value.clone());
+            self.refuse_strange_stage(&stage.value, stage.span());
+        }
+        Timing { at: at.value, delay: delay.value, when, until, during: during.map(|stage| stage.value.clone()) }
     }
 
     /// The nodes of a selection, one set per domain. A selection that cannot be resolved, or that holds nothing, is an

@@ -23,6 +23,7 @@ mod running;
 mod scheme;
 mod sheets;
 mod sinks;
+mod stages;
 mod start;
 mod tapes;
 mod yarns;
@@ -30,7 +31,7 @@ mod yarns;
 pub(in crate::plan) use domains::Unfolded;
 
 use crate::diagnostics::{Diagnostic, Severity, Sources, Span};
-use crate::scene::{Case, Extents, Given, How, Item, ItemBody, ItemId, Origin, Program, Run, Scene};
+use crate::scene::{Case, Given, How, Item, ItemBody, ItemId, Origin, Program, Run, Scene};
 
 use super::{Advice, Body, Decision, OriginId, OriginRecord, Plan, SCHEMA, Taken, Verdict, hash};
 
@@ -146,10 +147,7 @@ impl<'a> Maker<'a> {
 
     /// The time that the run may take, once all that it does is known.
     fn estimate(&mut self, run: &Run) {
-        let duration = match &run.extent {
-            Extents::Duration(given) => Some(given.value),
-            _ => None,
-        };
+        let duration = self.length_of(run);
         self.advice.seconds = super::cost::seconds(&self.body, self.advice.nodes, self.advice.steps, duration);
     }
 

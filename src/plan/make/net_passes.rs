@@ -231,7 +231,7 @@ impl Maker<'_> {
 
     pub(super) fn push(&mut self, item: &Item, push: &Push) -> Option<(Kernel, OriginId)> {
         let origin = self.written(item.span);
-        let timing = self.timing(item, &push.at, &push.delay, &push.when, push.until.as_ref());
+        let timing = self.timing(item, &push.at, &push.delay, &push.when, push.until.as_ref(), push.during.as_ref());
         match &push.load {
             Load::Force(signal) => {
                 let nodes = self.node_sets(&push.what)?;
@@ -282,7 +282,7 @@ impl Maker<'_> {
             self.diagnostics.push(found.note("Yarns break by their `breaks`."));
             return None;
         }
-        let timing = self.timing(item, &cut.at, &cut.delay, &cut.when, cut.until.as_ref());
+        let timing = self.timing(item, &cut.at, &cut.delay, &cut.when, cut.until.as_ref(), cut.during.as_ref());
         Some((Kernel::Cut { what, timing }, origin))
     }
 
@@ -304,7 +304,7 @@ impl Maker<'_> {
             }
         }
         let tape = self.tape(format!("{}.ratio", item.name), &stretch.ratio);
-        let timing = self.timing(item, &stretch.at, &stretch.delay, &stretch.when, stretch.until.as_ref());
+        let timing = self.timing(item, &stretch.at, &stretch.delay, &stretch.when, stretch.until.as_ref(), stretch.during.as_ref());
         Some((Kernel::Stretch { domains, tape, timing }, origin))
     }
 

@@ -108,12 +108,12 @@ impl Maker<'_> {
 
     /// Explicit Euler multiplies the energy of a mode by 1 + (ωh)² a step, whatever the step.
     fn warn_of_euler(&mut self, run: &Run, _: OriginId, bound: f64) {
-        let (Extents::Duration(duration), true) = (&run.extent, bound.is_finite()) else { return };
+        let (Some(duration), true) = (self.length_of(run), bound.is_finite()) else { return };
         let step = match run.step.value {
             Step::Fixed(step) => step,
             Step::Auto => EULER_SHARE * bound,
         };
-        let growth = 4.0 * step * duration.value / (bound * bound);
+        let growth = 4.0 * step * duration / (bound * bound);
         if growth > 0.01 {
             let message = "explicit Euler feeds energy into every vibration, whatever the step";
             let found = Diagnostic::warning("W0765", message, run.integrator.span(), "not for more than a comparison")
@@ -128,9 +128,9 @@ impl Maker<'_> {
     /// The step that the compiler takes for a scheme whose bound is `bound` times its reach, s; None where the bound of
     /// leapfrog decides.
     pub(super) fn scheme_step(&self, run: &Run, stepping: &Stepping, bound: f64) -> Option<(f64, String)> {
-        let duration = match &run.extent {
-            Extents::Duration(given) => given.value,
-            _ => return None,
+        let duration = match run.extent {
+            Extents::Static(_) => return None,
+            _ => self.length_of(run).unwrap_or(f64::INFINITY),
         };
         match stepping.scheme? {
             Scheme::Euler => Some((EULER_SHARE * bound, format!("{EULER_SHARE} of the stable step of leapfrog"))),

@@ -76,6 +76,7 @@ impl Lowering<'_> {
                 of: self.signal(of),
                 after: window.after.as_ref().map(|signal| self.signal(signal)),
                 before: window.before.as_ref().map(|signal| self.signal(signal)),
+                during: window.during.clone(),
             }),
         };
         self.push(op)

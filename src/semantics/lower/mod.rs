@@ -18,10 +18,9 @@ pub use de::{LowerError, from_object};
 pub use draft::{draft_from_wif, draft_of};
 
 /// Fields that are declared and checked, and that no pass reads yet; a block that writes one cannot run.
-pub const NOT_YET: [(&str, &str, &str); 10] = [
+pub const NOT_YET: [(&str, &str, &str); 9] = [
     ("strand", "position", "placing of strands other than by `between`"),
     ("strand", "turn", "placing of strands other than by `between`"),
-    ("action", "during", "stages"),
     ("fix", "to", "moved places"),
     ("line", "position", "placing of lines other than by their places"),
     ("line", "turn", "placing of lines other than by their places"),
@@ -32,9 +31,9 @@ pub const NOT_YET: [(&str, &str, &str); 10] = [
 ];
 
 /// The kinds that have a struct.
-const LOWERED: [&str; 19] = [
+const LOWERED: [&str; 21] = [
     "weave", "strand", "body", "cloth", "gore", "seam", "line", "canopy", "air", "fix", "pull", "push", "cut",
-    "stretch", "contact", "run", "record", "picture", "probe",
+    "release", "stretch", "contact", "stage", "run", "record", "picture", "probe",
 ];
 
 /// Fields of `air` that only a flow solver reads.
@@ -105,6 +104,8 @@ impl Elaborator<'_> {
             "air" => ItemBody::Air(from_object(object, kinds)?),
             "push" => ItemBody::Push(from_object(object, kinds)?),
             "cut" => ItemBody::Cut(from_object(object, kinds)?),
+            "release" => ItemBody::Release(from_object(object, kinds)?),
+            "stage" => ItemBody::Stage(from_object(object, kinds)?),
             "stretch" => ItemBody::Stretch(from_object(object, kinds)?),
             "fix" => ItemBody::Fix(from_object(object, kinds)?),
             "pull" => ItemBody::Pull(from_object(object, kinds)?),

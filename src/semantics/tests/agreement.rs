@@ -84,6 +84,8 @@ fn structs() -> Vec<Struct> {
         ("push", names::<Push>(), vec![("load", names::<Load>())]),
         ("cut", names::<Cut>(), vec![]),
         ("stretch", names::<Stretch>(), vec![]),
+        ("release", names::<Release>(), vec![]),
+        ("stage", names::<Stage>(), vec![]),
         ("fix", names::<Fix>(), vec![]),
         ("pull", names::<Pull>(), vec![("drive", names::<Drive>())]),
         ("contact", names::<Contact>(), vec![]),
