@@ -99,4 +99,10 @@ pub struct NetState {
     pub filling: Vec<(f64, f64)>,
     /// Length of the embedded scheme's next own step, s; 0 before the first.
     pub substep: f64,
+    /// Holds of seams that were open and are sewn, by part.
+    #[serde(default)]
+    pub sewn: Vec<(u32, u32)>,
+    /// Holds of seams and ties that have torn, by part.
+    #[serde(default)]
+    pub torn: Vec<(u32, u32)>,
 }

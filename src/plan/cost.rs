@@ -89,6 +89,7 @@ fn nanoseconds(kernel: &Kernel, flattens: bool) -> f64 {
         // Found together with the touches, held with the kick, or done once a run.
         Kernel::Candidates { .. }
         | Kernel::Fix { .. }
+        | Kernel::Place { .. }
         | Kernel::Drive { .. }
         | Kernel::Cut { .. }
         | Kernel::Stretch { .. }

@@ -48,6 +48,8 @@ pub enum Kernel {
     Drift,
     /// Nodes whose listed axes do not move; their reaction is booked as work of the support (zero).
     Fix { nodes: Vec<NodeSet>, axes: Axes, timing: Timing },
+    /// Puts nodes of the net where they are to be held, along the listed axes, once.
+    Place { places: Vec<PlacedNode>, axes: Axes, timing: Timing },
     /// Nodes that are driven or loaded.
     Drive { nodes: Vec<NodeSet>, drive: Drive, timing: Timing },
     /// Carries each node's thickness axis along with the turning tangent (no spin about the yarn).
@@ -89,6 +91,14 @@ pub enum Kernel {
     Equilibrium { residual: f64 },
     /// Energy: kinetic, stored, dissipated, work.
     Ledger,
+}
+
+/// A node of a domain, and where it is put, m.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlacedNode {
+    pub domain: u32,
+    pub node: u32,
+    pub to: [f64; 3],
 }
 
 /// Which of x, y, z.

@@ -85,8 +85,10 @@ pub enum Quantity {
     Axis,
     /// m (vector): where a canopy's lines meet.
     Confluence,
-    /// m: the largest distance between the edges of a seam.
+    /// m: the largest distance between the edges of a seam beyond its width.
     Gap,
+    /// N: the largest force of what a tie, or a seam, holds.
+    HoldingForce,
     /// m: height (z) of the lowest and of the highest node.
     Lowest,
     Highest,

@@ -213,6 +213,7 @@ fn detail(kernel: &Kernel) -> String {
             let count: u32 = nodes.iter().flat_map(|set| &set.ranges).map(|[from, to]| to - from).sum();
             format!("{count} nodes")
         }
+        Kernel::Place { places, .. } => format!("{} nodes", places.len()),
         Kernel::Candidates { skin } => format!("skin {:.4} mm", skin * 1e3),
         Kernel::Contact { rules, sweeps, tolerance } => {
             format!("{} rules, at most {sweeps} sweeps, to {:.4} um", rules.len(), tolerance * 1e6)

@@ -10,6 +10,8 @@ pub struct Fix {
     pub what: Given<Selection>,
     /// Which of x, y, z are held.
     pub axes: Given<[bool; 3]>,
+    /// Where each is put as it begins, m.
+    pub to: Option<Given<Vec<[f64; 3]>>>,
     /// s.
     pub at: Given<f64>,
     pub delay: Given<f64>,

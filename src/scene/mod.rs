@@ -17,10 +17,12 @@ pub use fabric::{
     Strength, Threads, Weave, Yarn, YarnSize,
 };
 pub use given::{Given, How, Origin};
-pub use running::{Expect, Extents, Integrator, Picture, Precision, Probe, Record, Recorded, Run, Shown, Stage, Step, View};
+pub use running::{
+    Expect, Extents, Integrator, Picture, Precision, Probe, Record, Recorded, Run, Shown, Stage, Step, View,
+};
 pub use sheet::{
     Air, Canopy, Cell, Cloth, ClothModel, Cord, CordPull, Fabric, Flow, ForceAtStrain, Gas, GasAmount, Gore, Line,
-    Outline, Permeability, Seam, Spot, Start, Stiffness, Topology, Way,
+    Outline, Permeability, Seam, Spot, Start, Stiffness, Tie, Topology, Way,
 };
 pub use signal::{BinaryFn, PartsOp, Read, SelectStep, Selection, SelectionTerm, Signal, TimeOp, UnaryFn, Window};
 pub use solid::{Body, Mass, Shape};
@@ -94,6 +96,7 @@ pub enum ItemBody {
     Cloth(Cloth),
     Gore(Gore),
     Seam(Seam),
+    Tie(Tie),
     Line(Line),
     Canopy(Canopy),
     Air(Air),

@@ -8,7 +8,7 @@ use super::net::Cuts;
 use super::program::{followed, timing};
 use crate::backend::state::ActionState;
 use crate::physics::axial::{ChainView, force_on};
-use crate::plan::{Axes, DomainId, Drive, Kernel, NodeSet, Pass, TapeId, Timing};
+use crate::plan::{Axes, DomainId, Drive, Kernel, NodeSet, Pass, PlacedNode, TapeId, Timing};
 
 /// One `fix` or `pull` at run time.
 #[derive(Debug)]
@@ -49,6 +49,11 @@ pub enum ActionKind {
     },
     /// Ends the action of this index.
     Release(usize),
+    /// Puts nodes of the net to these places (m), once.
+    Place {
+        to: Vec<(u32, DVec3)>,
+        axes: Axes,
+    },
 }
 
 impl Action {
@@ -89,6 +94,9 @@ pub fn actions(engine: &Engine<'_>) -> Result<Vec<Action>, Refusal> {
                 (&[], ActionKind::Stretch { tape: *tape, parts: parts_of(engine, domains, pass)? })
             }
             Kernel::Cut { what, .. } => (&[], ActionKind::Cut(engine.net.cuts(what, pass)?)),
+            Kernel::Place { places, axes, .. } => {
+                (&[], ActionKind::Place { to: placed(engine, places, pass)?, axes: *axes })
+            }
             Kernel::Release { action, .. } => (&[], ActionKind::Release(released(engine, action, pass)?)),
             _ => continue,
         };
@@ -142,6 +150,18 @@ pub fn actions(engine: &Engine<'_>) -> Result<Vec<Action>, Refusal> {
         });
     }
     Ok(actions)
+}
+
+/// Nodes of the net with the places that they are put to.
+fn placed(engine: &Engine<'_>, places: &[PlacedNode], pass: &Pass) -> Result<Vec<(u32, DVec3)>, Refusal> {
+    let one = |place: &PlacedNode| {
+        let part = engine.net.part_of_domain(place.domain);
+        let part = part.ok_or_else(|| {
+            Refusal::new(format!("`{}` acts on a part that is not in the plan", pass.name), Some(pass.origin))
+        })?;
+        Ok((engine.net.held_node(part, place.node, pass)?.0, DVec3::from_array(place.to)))
+    };
+    places.iter().map(one).collect()
 }
 
 /// The index among the actions of the one that a pass ends.
@@ -201,9 +221,32 @@ impl Engine<'_> {
             changed |= action.state != before;
         }
         changed |= self.release();
+        self.put_in_place();
         if changed {
             self.hold_what_is_held();
         }
+    }
+
+    /// Puts nodes where fixes want them that begin now. What that stores is work of the fix, unless the run begins so.
+    fn put_in_place(&mut self) {
+        let mut actions = std::mem::take(&mut self.actions);
+        for action in actions.iter_mut().filter(|action| action.acts()) {
+            let ActionKind::Place { to, axes } = &action.kind else { continue };
+            let before = self.net.elements.stored(&self.net.net.position);
+            for (node, place) in to {
+                let x = &mut self.net.net.position[*node as usize];
+                *x = replace(*x, *place, *axes);
+            }
+            action.state = ActionState::Over;
+            self.net.memory.earlier.clear();
+            self.net.room.known = false;
+            if let (Some((node, _)), true) = (to.first(), self.step > 0) {
+                let stored = self.net.elements.stored(&self.net.net.position) - before;
+                let owner = self.net.owner(*node);
+                self.book_net_drive(owner, stored);
+            }
+        }
+        self.actions = actions;
     }
 
     /// Ends what releases end whose time has come; true where something ended.
@@ -284,6 +327,7 @@ impl Engine<'_> {
                 ActionKind::Pressure { .. }
                 | ActionKind::Cut(_)
                 | ActionKind::Stretch { .. }
+                | ActionKind::Place { .. }
                 | ActionKind::Release(_) => {}
                 ActionKind::Force(tape) => {
                     let count = action.count();

@@ -161,6 +161,7 @@ fn kernel(kernel: &Kernel) -> Op {
         | Kernel::BulkViscosity { .. }
         | Kernel::Gravity { .. }
         | Kernel::Fix { .. }
+        | Kernel::Place { .. }
         | Kernel::Drive { .. }
         | Kernel::Membrane { .. }
         | Kernel::Bending { .. }
@@ -228,6 +229,7 @@ pub fn timing(kernel: &Kernel) -> Option<&Timing> {
     match kernel {
         Kernel::Fix { timing, .. }
         | Kernel::Drive { timing, .. }
+        | Kernel::Place { timing, .. }
         | Kernel::Cut { timing, .. }
         | Kernel::Release { timing, .. }
         | Kernel::Stretch { timing, .. } => Some(timing),

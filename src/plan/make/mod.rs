@@ -26,6 +26,7 @@ mod sinks;
 mod stages;
 mod start;
 mod tapes;
+mod ties;
 mod yarns;
 
 pub(in crate::plan) use domains::Unfolded;

@@ -4,7 +4,7 @@ use crate::diagnostics::Diagnostic;
 use crate::plan::{
     Centre, Cost, DomainId, Field, Init, Kernel, OriginId, Pass, PassId, Precision, Recipe, Relation, Role,
 };
-use crate::scene::{Item, ItemBody, Run};
+use crate::scene::{How, Item, ItemBody, Run};
 
 use super::Maker;
 use super::contacts::Contacts;
@@ -80,7 +80,9 @@ impl Maker<'_> {
             let kernel = Kernel::Equilibrium { residual: run.residual.value };
             order.after.push(self.pass("equilibrium", kernel, &["position"], &["position"], run_origin));
         } else if self.decide("settle", "", settles, settle_reason(settles, self.has_stages()), vec![run_origin]) {
-            let kernel = Kernel::Settle { residual: 1e-3 };
+            // Sheets of springs take the run's where it is written; the default is that of Newton's method.
+            let written = run.residual.origin.how != How::Default && !self.pieces.is_empty();
+            let kernel = Kernel::Settle { residual: if written { run.residual.value } else { SETTLED } };
             order.after.push(self.pass("settle", kernel, &["velocity"], &["velocity"], run_origin));
         }
     }
@@ -185,6 +187,12 @@ impl Maker<'_> {
     fn actions(&mut self, order: &mut Order) {
         let scene = self.scene;
         for item in &scene.items {
+            if let ItemBody::Fix(fix) = &item.body
+                && let Some((kernel, origin)) = self.place(item, fix)
+            {
+                let name = format!("place {}", item.name);
+                order.kick.push(self.pass(&name, kernel, &["position"], &["position"], origin));
+            }
             let made = match &item.body {
                 ItemBody::Fix(fix) => self.fix(item, fix),
                 ItemBody::Pull(pull) => self.pull(item, pull),
@@ -363,6 +371,9 @@ impl Maker<'_> {
     }
 }
 
+/// Force out of balance over the largest, at which kinetic damping is done.
+const SETTLED: f64 = 1e-3;
+
 fn settle_reason(settles: bool, staged: bool) -> &'static str {
     match (settles, staged) {
         (true, _) => "solve = static",
@@ -383,6 +394,7 @@ fn cost(kernel: &Kernel) -> (Cost, &'static [&'static str]) {
         Kernel::Kick => (of(80.0, 6.0), &["kinetic"]),
         Kernel::Drift => (of(72.0, 6.0), &[]),
         Kernel::Fix { .. } => (of(0.0, 0.0), &["support"]),
+        Kernel::Place { .. } => (of(0.0, 0.0), &["drive"]),
         Kernel::Drive { .. } => (of(0.0, 0.0), &["drive"]),
         Kernel::SectionFrame { .. } => (of(72.0, 30.0), &[]),
         Kernel::Candidates { .. } => (of(30.0, 60.0), &[]),

@@ -58,8 +58,9 @@ impl<'a> Maker<'a> {
                 }
             } else if stage.until.is_none() {
                 let message = format!("nothing ends the stage `{name}`");
-                let found = Diagnostic::error("E0830", message, self.headline(item.span), "neither `duration` nor `until`")
-                    .note("Give it a `duration`, or a condition: `until = middle.gap < 0.1 mm`.");
+                let found =
+                    Diagnostic::error("E0830", message, self.headline(item.span), "neither `duration` nor `until`")
+                        .note("Give it a `duration`, or a condition: `until = middle.gap < 0.1 mm`.");
                 self.diagnostics.push(found);
             }
             let until = stage.until.as_ref().map(|signal| self.tape(format!("{name}.until"), signal));
@@ -157,10 +158,8 @@ impl<'a> Maker<'a> {
         let origin = self.written(item.span);
         let scene = self.scene;
         let target = scene.items.iter().find(|known| known.name == release.what.value)?;
-        let ends = matches!(
-            target.body,
-            ItemBody::Fix(_) | ItemBody::Pull(_) | ItemBody::Push(_) | ItemBody::Stretch(_)
-        );
+        let ends =
+            matches!(target.body, ItemBody::Fix(_) | ItemBody::Pull(_) | ItemBody::Push(_) | ItemBody::Stretch(_));
         if !ends {
             let message = format!("`{}` is a `{}`, which nothing can end", target.name, target.kind);
             let found = Diagnostic::error("E0834", message, release.what.span(), "over as soon as it acts")

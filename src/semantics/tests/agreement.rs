@@ -78,6 +78,7 @@ fn structs() -> Vec<Struct> {
         ("cloth", names::<Cloth>(), vec![]),
         ("gore", names::<Gore>(), vec![]),
         ("seam", names::<Seam>(), vec![]),
+        ("tie", names::<Tie>(), vec![]),
         ("line", names::<Line>(), vec![("way", names::<Way>())]),
         ("canopy", names::<Canopy>(), vec![]),
         ("air", names::<Air>(), vec![]),
