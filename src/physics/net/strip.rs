@@ -84,14 +84,19 @@ pub fn holds(strip: &Strip<'_>, law: &SeamLaw) -> Vec<([u32; 3], Hold)> {
                 Hold { share, spring, length, of, firm, limit }
             };
             let mut left = stiffness;
-            for along in [target - law.width, target + law.width] {
-                if law.width > 0.0 && (0.0..=other_whole).contains(&along) {
+            let scale = other_whole / whole;
+            let stretch = [at - half(k.checked_sub(1)), at + half(Some(k))].map(|end| end * scale);
+            for shift in [-law.width, law.width] {
+                // Braces of both sides come out alike: each stands for what of its stretch lies over the other edge.
+                let over = (stretch[1] + shift).min(other_whole) - (stretch[0] + shift).max(0.0);
+                if law.width > 0.0 && over > 0.0 {
+                    let along = (target + shift).clamp(0.0, other_whole);
                     let (foot, share) = self::foot(other_spacing, along);
-                    let firm = BRACED * stiffness;
-                    let brace = hold(share, std::f64::consts::SQRT_2 * law.width, firm, 0.0);
-                    braces.push(([*node, others[foot], others[foot + 1]], brace));
-                    // Of what lies at 45°, half counts across.
-                    left -= 0.5 * firm;
+                    let firm = BRACED * stiffness * over / (stretch[1] - stretch[0]);
+                    let rest = law.width.hypot(along - target);
+                    braces.push(([*node, others[foot], others[foot + 1]], hold(share, rest, firm, 0.0)));
+                    // At 45° half of it counts across.
+                    left -= firm * (law.width / rest).powi(2);
                 }
             }
             all.push(([*node, others[foot], others[foot + 1]], hold(share, law.width, left, 0.5 * length)));

@@ -129,7 +129,7 @@ impl NetRun {
 
 impl Engine<'_> {
     /// How long ago the present positions were counted from: a step, or nothing where velocities stand with them.
-    fn half_open(&self) -> f64 {
+    pub(super) fn half_open(&self) -> f64 {
         if self.is_whole() { 0.0 } else { self.h }
     }
 

@@ -65,6 +65,17 @@ impl NetRun {
         change
     }
 
+    /// Half of the work that the tensions of holds and their braces did over the last step of `h` (s), J: it was counted
+    /// with them, and what comes after the tear does it without.
+    fn last_works(&self, part: PartId, list: &[u32], h: f64) -> f64 {
+        let work = |(nodes, hold): (&[u32; 3], &Hold)| {
+            let gap = hold.gap(nodes.map(|node| self.net.position[node as usize]));
+            let tension = hold.spring.stiffness * (gap.length() - hold.spring.rest);
+            0.5 * tension * gap.normalize_or_zero().dot(self.meeting(*nodes, hold)) * h
+        };
+        self.elements.holds_of(part).filter(|(_, hold)| list.contains(&hold.of)).map(work).sum()
+    }
+
     /// The largest force of a part's holds, N.
     pub fn holding_force(&self, parts: &[usize]) -> f64 {
         let force = |(nodes, hold): (&[u32; 3], &Hold)| {
@@ -124,10 +135,11 @@ impl Engine<'_> {
                 continue;
             }
             let before = self.net.elements.stored(&self.net.net.position);
+            let last = self.net.last_works(id, &list, self.half_open());
             self.net.elements.tear(id, &list);
             let account = self.net_account(part);
             let released = self.net.elements.stored(&self.net.net.position) - before;
-            self.ledger.accounts[account].now.breaking += released;
+            self.ledger.accounts[account].now.breaking += released + last;
             self.net.memory.torn.extend(list.into_iter().map(|hold| (part as u32, hold)));
             self.net.memory.earlier.clear();
             self.net.room.known = false;
