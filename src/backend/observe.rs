@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use glam::{DQuat, DVec3};
 
+use super::cpu::StageSpan;
 use super::frame::Frame;
 use super::ledger::Ledger;
 use super::state::State;
@@ -198,6 +199,8 @@ pub struct Outcome {
     pub penetrations: Option<u64>,
     /// Largest axial strain that any segment saw (1).
     pub largest_strain: f64,
+    /// Stages that are over, in turn.
+    pub stages: Vec<StageSpan>,
     pub halt: Option<Halt>,
     /// The last good state.
     pub state: State,

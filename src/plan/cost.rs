@@ -123,9 +123,11 @@ fn nanoseconds(kernel: &Kernel, body: &Body, nodes: u64) -> f64 {
         // Found together with the touches, held with the kick, or done once a run.
         Kernel::Candidates { .. }
         | Kernel::Fix { .. }
+        | Kernel::Place { .. }
         | Kernel::Drive { .. }
         | Kernel::Cut { .. }
         | Kernel::Stretch { .. }
+        | Kernel::Release { .. }
         | Kernel::HalfKick => 0.0,
     }
 }

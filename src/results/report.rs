@@ -11,6 +11,11 @@ pub fn table(summary: &Summary) -> String {
     let mut row = |name: &str, value: String| rows.push((name.to_owned(), value));
     row("wall time", wall(summary));
     row("simulated", format!("{} in {} steps", seconds(summary.time), grouped(summary.steps)));
+    for stage in &summary.stages {
+        let how = if stage.by_condition { "its condition held" } else { "its time was over" };
+        let length = seconds(stage.to - stage.from);
+        row("stage", format!("{}: {length} in {}, {how}", stage.name, count(stage.steps, "step")));
+    }
     row("step", format!("{}, set by {}", seconds(summary.step), summary.step_set_by));
     row("speed", format!("{} node-steps/s ({} nodes)", large(summary.node_steps_per_second), grouped(summary.nodes)));
     let energy = &summary.energy;

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::progress::significant;
 
+use crate::backend::cpu::StageSpan;
 use crate::backend::{ClothTotals, Outcome, State};
 use crate::oracle::{Crossing, Deepest, Feature, Totals};
 use crate::plan::{OriginId, Plan, Sink};
@@ -33,6 +34,9 @@ pub struct Summary {
     pub step: f64,
     /// What set the step: the part and its line; empty where the scene said it.
     pub step_set_by: String,
+    /// Stages that are over, in turn; empty without stages.
+    #[serde(default)]
+    pub stages: Vec<StageSpan>,
     pub nodes: u64,
     pub node_steps: u64,
     pub node_steps_per_second: f64,
@@ -204,6 +208,7 @@ impl Summary {
             steps: outcome.steps,
             step: outcome.step,
             step_set_by: step_set_by(plan, outcome.step),
+            stages: outcome.stages.clone(),
             nodes: extras.nodes,
             node_steps: outcome.node_steps,
             node_steps_per_second: rate,

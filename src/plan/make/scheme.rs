@@ -121,17 +121,17 @@ impl Maker<'_> {
     /// one for a run in time by itself, even where it is cheaper: it damps what vibrates faster than its step, and whether
     /// that matters is the user's to say.
     pub(super) fn weigh_schemes(&mut self, run: &Run) {
-        let Extents::Duration(duration) = &run.extent else { return };
+        let Some(duration) = self.length_of(run) else { return };
         let bound = self.advice.bounds.iter().map(|bound| bound.step).fold(f64::INFINITY, f64::min);
-        if self.pieces.is_empty() || !self.chain_domains().is_empty() || !bound.is_finite() || duration.value <= 0.0 {
+        if self.pieces.is_empty() || !self.chain_domains().is_empty() || !bound.is_finite() || duration <= 0.0 {
             return;
         }
-        if IMPLICIT_OVER.min(duration.value / LEAST_STEPS / bound) < 10.0 {
+        if IMPLICIT_OVER.min(duration / LEAST_STEPS / bound) < 10.0 {
             return;
         }
         let [explicit, implicit] = cost::explicit_and_implicit(&self.body, self.advice.nodes);
-        let steps = |step: f64| (duration.value / step).ceil();
-        let far = (IMPLICIT_OVER * bound).min(duration.value / LEAST_STEPS);
+        let steps = |step: f64| (duration / step).ceil();
+        let far = (IMPLICIT_OVER * bound).min(duration / LEAST_STEPS);
         let [leap, back] = [steps(NET_SHARE * bound), steps(far)];
         let [by_leap, by_back] = [leap * explicit, back * implicit];
         self.advice.notes.push(format!(
@@ -161,12 +161,12 @@ impl Maker<'_> {
 
     /// Explicit Euler multiplies the energy of a mode by 1 + (ωh)² a step, whatever the step.
     fn warn_of_euler(&mut self, run: &Run, _: OriginId, bound: f64) {
-        let (Extents::Duration(duration), true) = (&run.extent, bound.is_finite()) else { return };
+        let (Some(duration), true) = (self.length_of(run), bound.is_finite()) else { return };
         let step = match run.step.value {
             Step::Fixed(step) => step,
             Step::Auto => EULER_SHARE * bound,
         };
-        let growth = 4.0 * step * duration.value / (bound * bound);
+        let growth = 4.0 * step * duration / (bound * bound);
         if growth > 0.01 {
             let message = "explicit Euler feeds energy into every vibration, whatever the step";
             let found = Diagnostic::warning("W0765", message, run.integrator.span(), "not for more than a comparison")
@@ -181,9 +181,9 @@ impl Maker<'_> {
     /// The step that the compiler takes for a scheme whose bound is `bound` times its reach, s; None where the bound of
     /// leapfrog decides.
     pub(super) fn scheme_step(&self, run: &Run, stepping: &Stepping, bound: f64) -> Option<(f64, String)> {
-        let duration = match &run.extent {
-            Extents::Duration(given) => given.value,
-            _ => return None,
+        let duration = match run.extent {
+            Extents::Static(_) => return None,
+            _ => self.length_of(run).unwrap_or(f64::INFINITY),
         };
         match stepping.scheme? {
             Scheme::Euler => Some((EULER_SHARE * bound, format!("{EULER_SHARE} of the stable step of leapfrog"))),
