@@ -81,10 +81,8 @@ impl Maker<'_> {
             self.diagnostics.push(found);
         }
         self.take_tolerances(run, scheme);
-        let bodiless = matches!(
-            scheme,
-            Some(Scheme::BackwardEuler { .. } | Scheme::Bdf2 { .. } | Scheme::Midpoint { .. })
-        );
+        let bodiless =
+            matches!(scheme, Some(Scheme::BackwardEuler { .. } | Scheme::Bdf2 { .. } | Scheme::Midpoint { .. }));
         if bodiless {
             self.refuse_carried_bodies(run.integrator.span(), "this integrator");
         }
@@ -111,9 +109,10 @@ impl Maker<'_> {
             _ => None,
         };
         let Some(body) = self.body.joins.iter().find_map(carried) else { return };
-        let found = Diagnostic::error("E0860", format!("{what} does not move bodies with lines on them yet"), given, "")
-            .also(self.origins[body.origin.0 as usize].span, format!("`{}` hangs on lines", body.name))
-            .note("Make it a `point`, which every integrator moves, or take `leapfrog`, `rk4` or `adaptive`.");
+        let found =
+            Diagnostic::error("E0860", format!("{what} does not move bodies with lines on them yet"), given, "")
+                .also(self.origins[body.origin.0 as usize].span, format!("`{}` hangs on lines", body.name))
+                .note("Make it a `point`, which every integrator moves, or take `leapfrog`, `rk4` or `adaptive`.");
         self.diagnostics.push(found);
     }
 
