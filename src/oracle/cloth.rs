@@ -398,3 +398,87 @@ fn climb(slab: impl Fn(DVec3) -> f64, (mut wide, mut u): (f64, DVec3)) -> f64 {
     }
     wide
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::physics::Chains;
+    use crate::physics::contact::cloth::Part;
+    use crate::plan::DomainId;
+
+    /// A square of two triangles, 0.1 m wide.
+    fn square() -> (Vec<DVec3>, Vec<[u32; 3]>) {
+        let x = [[0.0, 0.0], [0.1, 0.0], [0.1, 0.1], [0.0, 0.1]].map(|[x, y]| DVec3::new(x, y, 0.0));
+        (x.to_vec(), vec![[0, 1, 2], [0, 2, 3]])
+    }
+
+    fn part(first: u32) -> Part {
+        let triangles = square().1.into_iter().map(|t| t.map(|n| n + first)).collect();
+        Part { half_thickness: 1e-3, triangles, segments: vec![] }
+    }
+
+    /// One step of this motion, seen by a new oracle.
+    fn look(parts: &[Part], before: &[DVec3], after: &[DVec3], bodies: &Bodies, between: [ClothSide; 2]) -> Seen {
+        let poses = placed(bodies);
+        let chains = Chains::default();
+        let domains = [DomainId(0), DomainId(1)];
+        let net = NetView { before, after, rest: before, parts, domains: &domains, between: &[between] };
+        let settings = Settings { overlap_every: 1, ..Settings::default() };
+        let view = StepView {
+            time: 1.0,
+            step: 1,
+            h: 1.0,
+            before: &[],
+            bodies_before: &poses,
+            chains: &chains,
+            bodies,
+            net: None,
+        };
+        ClothOracle::starting(&view, &net, settings).check(&view, &net)
+    }
+
+    fn shifted(by: DVec3) -> Vec<DVec3> {
+        square().0.into_iter().map(|x| x + by).collect()
+    }
+
+    #[test]
+    fn sheets_that_pass_are_seen_and_those_that_only_near_are_not() {
+        let between = [ClothSide::Part(0), ClothSide::Part(1)];
+        let parts = [part(0), part(4)];
+        let fall = |from: f64, to: f64| {
+            let at = |z: f64| [square().0, shifted(DVec3::new(0.013, 0.017, z))].concat();
+            look(&parts, &at(from), &at(to), &Bodies::default(), between)
+        };
+        assert!(!fall(0.05, -0.05).crossings.is_empty(), "through in one step");
+        let near = fall(0.05, 1.5e-3);
+        assert!(near.crossings.is_empty());
+        let depth = near.deepest.expect("thicknesses overlap").depth;
+        assert!((depth - 0.5e-3).abs() < 1e-12 && near.overlaps > 0, "{depth}");
+        let apart = fall(0.05, 2.1e-3);
+        assert!(apart.crossings.is_empty() && apart.deepest.is_none() && apart.overlaps == 0);
+    }
+
+    #[test]
+    fn a_corner_that_pokes_through_a_face_is_seen() {
+        let turn = DQuat::from_rotation_arc(DVec3::ONE.normalize(), DVec3::Z);
+        let half = DVec3::splat(0.02);
+        // The corner stands highest; the sheet comes down over it, its own corners far away.
+        let top = half.length();
+        let bodies = Bodies {
+            solids: vec![Solid::Box { half }],
+            position: vec![DVec3::new(0.06, 0.03, -top)],
+            turn: vec![turn],
+            ..Bodies::default()
+        };
+        let between = [ClothSide::Part(0), ClothSide::Body(0)];
+        let fall =
+            |from: f64, to: f64| look(&[part(0)], &shifted(DVec3::Z * from), &shifted(DVec3::Z * to), &bodies, between);
+        assert_eq!(fall(0.01, -1e-4).crossings.len(), 1, "the face over the corner");
+        assert!(!fall(0.01, -0.2).crossings.is_empty(), "right through");
+        let near = fall(0.01, 0.4e-3);
+        assert!(near.crossings.is_empty());
+        let depth = near.deepest.expect("nearer than the half-thickness").depth;
+        assert!((depth - 0.6e-3).abs() < 1e-8, "{depth}");
+        assert!(fall(0.01, 1.01e-3).deepest.is_none());
+    }
+}

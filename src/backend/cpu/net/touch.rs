@@ -130,8 +130,9 @@ impl Engine<'_> {
             settings.tolerance = 1e-9 * thinnest;
         }
         let mut solver = ClothContact::new(settings, features, &laws, &self.bodies);
-        if let Some(memory) = memory {
-            solver.recall(memory);
+        match memory {
+            Some(memory) => solver.recall(memory),
+            None => self.refuse_tangled(&mut solver, &domains)?,
         }
         self.net_touch = Some(NetTouch {
             solver,
@@ -145,6 +146,42 @@ impl Engine<'_> {
             bodies_kicked: Vec::new(),
         });
         Ok(())
+    }
+
+    /// Refuses a start in which cloth lies in a body, or goes through cloth, at the cloth's line.
+    fn refuse_tangled(&self, solver: &mut ClothContact, domains: &[DomainId]) -> Result<(), Refusal> {
+        let net = &self.net;
+        let held = |node: u32| net.anchors.iter().any(|anchor| anchor.node == node);
+        let Some(found) = solver.tangled(&net.net.position, &self.bodies, held) else { return Ok(()) };
+        let part = |at: u32| net.parts.iter().find(|part| part.domain == Some(domains[at as usize]));
+        let named = |side: ClothSide| match side {
+            ClothSide::Part(at) => part(at).map_or_else(String::new, |part| format!("`{}`", part.name)),
+            ClothSide::Body(body) => self
+                .body_part
+                .recipes
+                .get(body as usize)
+                .map_or_else(String::new, |recipe| format!("`{}`", recipe.name)),
+        };
+        let origin = match found.between[0] {
+            ClothSide::Part(at) => part(at).map(|part| part.origin),
+            ClothSide::Body(_) => None,
+        };
+        let [one, other] = found.between.map(named);
+        let DVec3 { x, y, z } = found.place;
+        let place = format!("near [{x:.4}, {y:.4}, {z:.4}] m");
+        let message = if found.depth > 0.0 {
+            format!(
+                "{one} starts {:.3} mm inside {other}, {place}: move one of them, or leave the pair out of `contact`",
+                1e3 * found.depth
+            )
+        } else if one == other {
+            format!("{one} starts by going through itself, {place}: contact cannot tell which side is which")
+        } else {
+            format!(
+                "{one} starts by going through {other}, {place}: move one of them, or leave the pair out of `contact`"
+            )
+        };
+        Err(Refusal::new(message, origin))
     }
 
     /// v* → v⁺ of the net and of bodies. After a scheme that took the whole step, v* is the mean velocity of that step and

@@ -145,6 +145,19 @@ impl Candidates {
         self.list(features, parallel);
     }
 
+    /// Calls `with` for all pairs of elements whose boxes met when the lists were made.
+    pub fn each_meeting(&self, mut with: impl FnMut(u32, u32)) {
+        for leaf in &self.leaves {
+            let [a, b] = [0, 1].map(|k| self.trees[leaf.parts[k] as usize].elements(leaf.leaves[k]));
+            let same = leaf.parts[0] == leaf.parts[1] && leaf.leaves[0] == leaf.leaves[1];
+            for (k, &e) in a.iter().enumerate() {
+                let others = if same { &b[k + 1..] } else { b };
+                let meeting = others.iter().filter(|f| self.boxes[e as usize].meets(&self.boxes[**f as usize]));
+                meeting.for_each(|f| with(e, *f));
+            }
+        }
+    }
+
     fn list(&mut self, features: &Features, parallel: bool) {
         let Self { trees, reference, leaves, found, pairs, boxes, .. } = self;
         let tasks = leaves.len().div_ceil(BATCH);

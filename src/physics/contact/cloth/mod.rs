@@ -4,6 +4,7 @@
 //!
 //! Which touches are active follows from the present state alone, and rows are sorted by the ids of their features.
 
+mod begin;
 mod candidates;
 mod cull;
 mod cut;
@@ -26,6 +27,7 @@ mod zones;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+pub use begin::Tangle;
 pub use features::{FeatureError, Features, Part};
 pub use law::{ClothRule, ClothSide};
 pub use stats::{ClothContactStats, ClothSeconds, Refused};
