@@ -252,7 +252,7 @@ fn a_seam_between_different_edges_holds() {
     let left = strip(&mut draft, "left", -0.051, 0.03);
     let right = strip(&mut draft, "right", 0.051, 0.02);
     let edges = [EdgeRef { domain: left, edge: "right".into() }, EdgeRef { domain: right, edge: "left".into() }];
-    let law = SeamLaw { width: 1e-3, stiffness: 500.0, bending: None, pull: None, tape: None };
+    let law = SeamLaw { width: 1e-3, stiffness: 500.0, bending: None, pull: None, tape: None, strength: None };
     draft.body.joins.push(Join::Sew { name: "seam".into(), edges, law, origin: OriginId(0) });
     let held: Vec<[u32; 2]> = (0..9).map(|k| [k * 4, k * 4 + 1]).collect();
     let passes = vec![draft.fix(left, held)];
