@@ -36,6 +36,18 @@ pub fn excess(solid: &Solid, p: DVec3) -> f64 {
             let face = (p.x.abs() - fsp.flat_half_width) * sin + (p.z - top) * cos;
             (rho - fsp.radius).max(base - p.z).max(p.z - top).max(face)
         }
+        Solid::Frustum(frustum) => {
+            let [base, top] = frustum.stations();
+            let half = std::f64::consts::PI / f64::from(frustum.sides);
+            let apothem = [frustum.bottom, frustum.top].map(|radius| radius * libm::cos(half));
+            let slant = frustum.height.hypot(apothem[0] - apothem[1]);
+            let side = |k: u32| {
+                let angle = (2.0 * f64::from(k) + 1.0) * half;
+                let out = p.x * libm::cos(angle) + p.y * libm::sin(angle) - apothem[0];
+                (out * frustum.height + (p.z - base) * (apothem[0] - apothem[1])) / slant
+            };
+            (0..frustum.sides).map(side).fold((base - p.z).max(p.z - top), f64::max)
+        }
     }
 }
 
@@ -71,13 +83,22 @@ pub fn reach(solid: &Solid, u: DVec3) -> f64 {
             let on_face = rim(x - u.z * tangent, half, r) + u.z * (top + half * tangent);
             (r * flat + base * u.z).max(on_flat).max(on_face)
         }
+        Solid::Frustum(frustum) => {
+            let [base, top] = frustum.stations();
+            let corner = |k: u32| {
+                let angle = 2.0 * std::f64::consts::PI * f64::from(k) / f64::from(frustum.sides);
+                let out = u.x * libm::cos(angle) + u.y * libm::sin(angle);
+                (frustum.bottom * out + base * u.z).max(frustum.top * out + top * u.z)
+            };
+            (0..frustum.sides).map(corner).fold(f64::NEG_INFINITY, f64::max)
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::solid::{Fsp, Ogive};
+    use crate::geometry::solid::{Frustum, Fsp, Ogive};
 
     fn solids() -> Vec<Solid> {
         vec![
@@ -88,6 +109,7 @@ mod tests {
             Solid::Cone { radius: 1.0, height: 2.0 },
             Solid::Ogive(Ogive::new(1.0, 4.0, 1.5).expect("a body")),
             Solid::Fsp(Fsp::new(1.0, 2.4, 0.45, 0.6).expect("a body")),
+            Solid::Frustum(Frustum::new(5, 1.0, 0.4, 1.3).expect("a body")),
         ]
     }
 

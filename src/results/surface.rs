@@ -51,13 +51,15 @@ pub fn surface(solid: &Solid) -> Surface {
 /// Angles around the axis, sorted, with those where an edge runs along an outline.
 fn angles(solid: &Solid) -> Vec<f64> {
     let mut angles: Vec<f64> = (0..AROUND).map(|k| TAU * k as f64 / AROUND as f64).collect();
-    let corner = match solid {
-        Solid::Box { half } => Some(libm::atan2(half.y, half.x)),
-        Solid::Fsp(fsp) => Some(libm::acos(fsp.flat_half_width / fsp.radius)),
-        _ => None,
+    let four = |a: f64| vec![a, PI - a, PI + a, TAU - a];
+    let corners = match solid {
+        Solid::Box { half } => four(libm::atan2(half.y, half.x)),
+        Solid::Fsp(fsp) => four(libm::acos(fsp.flat_half_width / fsp.radius)),
+        Solid::Frustum(frustum) => (0..frustum.sides).map(|k| TAU * f64::from(k) / f64::from(frustum.sides)).collect(),
+        _ => Vec::new(),
     };
-    if let Some(a) = corner {
-        angles.extend([a, PI - a, PI + a, TAU - a]);
+    if !corners.is_empty() {
+        angles.extend(corners);
         angles.sort_by(f64::total_cmp);
         angles.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
     }
@@ -108,6 +110,12 @@ fn outline(solid: &Solid, angle: f64) -> Vec<[f64; 2]> {
                 if fsp.radius * across > fsp.flat_half_width { fsp.flat_half_width / across } else { fsp.radius };
             let rim = top - (fsp.radius * across - fsp.flat_half_width).max(0.0) * libm::tan(fsp.slope);
             vec![[0.0, base], [fsp.radius, base], [fsp.radius, rim], [flat, top], [0.0, top]]
+        }
+        Solid::Frustum(frustum) => {
+            let [base, top] = frustum.stations();
+            let half = PI / f64::from(frustum.sides);
+            let share = libm::cos(half) / libm::cos(angle.rem_euclid(2.0 * half) - half);
+            vec![[0.0, base], [frustum.bottom * share, base], [frustum.top * share, top], [0.0, top]]
         }
     }
 }

@@ -62,7 +62,13 @@ pub enum Shape {
         radius: f64,
         height: f64,
     },
+    Frustum {
+        sides: u32,
+        bottom: f64,
+        top: f64,
+        height: f64,
+    },
     Point,
-    /// A shape that checks but cannot run yet (`mesh`, `frustum`, `convex`).
+    /// A shape that checks but cannot run yet (`mesh`, `convex`).
     Other(String),
 }

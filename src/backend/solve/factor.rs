@@ -10,8 +10,9 @@ use super::BlockMatrix;
 use super::dense::Front;
 use super::order::Dissection;
 
-/// A pivot under this share of the matrix's own diagonal is none.
-const TINY: f64 = 1e-14;
+/// A pivot under this share of the largest number on its node's own diagonal is none. A direction that nothing holds, as across
+/// a flat sheet, is left with rounding, and is solvable where nothing pulls along it: only what is not positive is refused.
+const TINY: f64 = 1e-40;
 /// Parts with fewer numbers below them than this are not worth waking another thread.
 const APART: usize = 200_000;
 
@@ -170,16 +171,18 @@ impl Work<'_> {
         front.clear(rows);
         let mut floor = vec![0.0; columns];
         for (at, row, column) in &piece.entries {
-            let block = self.matrix.block(*at as usize).to_cols_array_2d();
+            // The row of the matrix holds what stands across the diagonal from it in the lower half.
+            let block = self.matrix.block(*at as usize).transpose().to_cols_array_2d();
             let (row, column) = (3 * *row as usize, 3 * *column as usize);
             for (c, values) in block.iter().enumerate() {
                 // Of a diagonal block only the lower half has room.
                 let first = if row == column { c } else { 0 };
                 let to = front.column_mut(column + c, row + first);
                 to.iter_mut().zip(&values[first..]).for_each(|(to, value)| *to += value);
-                if row == column {
-                    floor[column + c] = TINY * values[c].abs();
-                }
+            }
+            if row == column {
+                let stiffest = (0..3).map(|c| block[c][c].abs()).fold(0.0, f64::max);
+                floor[column..column + 3].fill(TINY * stiffest);
             }
         }
         for (left, land) in left?.iter().zip(&piece.lands) {

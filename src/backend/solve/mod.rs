@@ -57,7 +57,7 @@ mod tests {
     use super::*;
     use crate::physics::draw;
 
-    /// A square lattice of springs with random directions, held at one corner: the direct factor and conjugate gradients
+    /// A square lattice of random terms in pairs of nodes, held at one corner: the direct factor and conjugate gradients
     /// agree with the product, and an indefinite matrix is told.
     #[test]
     fn a_lattice_is_solved_both_ways() {
@@ -78,11 +78,14 @@ mod tests {
         let places: Vec<DVec3> = (0..n * n).map(|k| DVec3::new(f64::from(k % n), f64::from(k / n), 0.0)).collect();
         let mut matrix = BlockMatrix::new(places.len(), pairs.iter().copied());
         for (index, (i, j)) in pairs.iter().enumerate() {
-            let d = DVec3::new(random(index, 0), random(index, 1), random(index, 2));
-            let block = DMat3::from_cols(d * d.x, d * d.y, d * d.z) + DMat3::from_diagonal(DVec3::splat(0.01));
-            for (a, b, sign) in [(*i, *i, 1.0), (*j, *j, 1.0), (*i, *j, -1.0), (*j, *i, -1.0)] {
-                matrix.add(a, b, block * sign);
+            // (d·xᵢ + e·xⱼ)²: the blocks off the diagonal are not symmetric by themselves.
+            let of = |first: u32| DVec3::new(random(index, first), random(index, first + 1), random(index, first + 2));
+            let (d, e) = (of(0), of(5));
+            for (a, b, p, q) in [(*i, *i, d, d), (*i, *j, d, e), (*j, *i, e, d), (*j, *j, e, e)] {
+                matrix.add(a, b, DMat3::from_cols(p * q.x, p * q.y, p * q.z));
             }
+            matrix.add(*i, *i, DMat3::from_diagonal(DVec3::splat(0.01)));
+            matrix.add(*j, *j, DMat3::from_diagonal(DVec3::splat(0.01)));
         }
         matrix.add(0, 0, DMat3::IDENTITY);
         let exact: Vec<DVec3> = (0..places.len()).map(|k| DVec3::new(random(k, 3), random(k, 4), 1.0)).collect();

@@ -36,6 +36,7 @@ pub(super) fn volume(solid: &Solid) -> f64 {
         Solid::Cone { radius, height } => PI * radius * radius * height / 3.0,
         Solid::Ogive(ogive) => ogive.moments_from_base().volume,
         Solid::Fsp(fsp) => fsp.moments_from_base().volume,
+        Solid::Frustum(frustum) => frustum.volume(),
     }
 }
 
@@ -69,6 +70,7 @@ pub(super) fn inertia_per_mass(solid: &Solid) -> DVec3 {
         }
         Solid::Ogive(ogive) => from_second(ogive.moments_from_base().second),
         Solid::Fsp(fsp) => from_second(fsp.moments_from_base().second),
+        Solid::Frustum(frustum) => from_second(frustum.second()),
     }
 }
 

@@ -1,6 +1,7 @@
 //! Rigid shapes that a yarn or a cloth can meet, in body axes: the origin is the centre of mass, +z is where the nose
 //! looks. Every shape is convex, so its signed distance is convex too, and a segment has one deepest stretch.
 
+mod frustum;
 mod fsp;
 mod mass;
 mod mesh;
@@ -10,10 +11,11 @@ mod principal;
 mod profile;
 mod segment;
 
+pub use frustum::Frustum;
 pub use fsp::Fsp;
 pub use mesh::{MassProperties, MeshError, TriangleMesh};
 pub use ogive::Ogive;
-pub use polyhedron::{convex_hull, frustum};
+pub use polyhedron::convex_hull;
 pub use segment::{SegmentContact, segment_contact};
 
 use glam::DVec3;
@@ -51,6 +53,8 @@ pub enum Solid {
     Ogive(Ogive),
     /// A fragment-simulating projectile with a chisel nose; see [`Fsp`].
     Fsp(Fsp),
+    /// A pyramid without its top; see [`Frustum`].
+    Frustum(Frustum),
 }
 
 /// A shape whose numbers do not describe a body.
@@ -98,10 +102,10 @@ fn positive(what: &'static str, value: f64) -> Result<(), SolidError> {
 }
 
 impl Solid {
-    /// Says whether the numbers describe a body. `Ogive` and `Fsp` were checked when they were made.
+    /// Says whether the numbers describe a body. `Ogive`, `Fsp` and `Frustum` were checked when they were made.
     pub fn check(&self) -> Result<(), SolidError> {
         match *self {
-            Self::Point | Self::Ogive(_) | Self::Fsp(_) => Ok(()),
+            Self::Point | Self::Ogive(_) | Self::Fsp(_) | Self::Frustum(_) => Ok(()),
             Self::Sphere { radius } => positive("radius", radius),
             Self::Box { half } => {
                 positive("size along x", half.x)?;
@@ -148,6 +152,7 @@ impl Solid {
             Self::Cone { radius, height } => profile::revolve(p, |rho, z| profile::near_cone(rho, z, *radius, *height)),
             Self::Ogive(ogive) => profile::revolve(p, |rho, z| ogive.near_profile(rho, z)),
             Self::Fsp(fsp) => fsp.near(p),
+            Self::Frustum(frustum) => frustum.near(p),
         }
     }
 
@@ -175,6 +180,7 @@ impl Solid {
                 rim(rho, z)
             }
             Self::Fsp(fsp) => fsp.support(dir),
+            Self::Frustum(frustum) => frustum.support(dir),
         }
     }
 
@@ -189,6 +195,7 @@ impl Solid {
             Self::Cone { radius, height } => libm::hypot(*radius, 0.25 * height).max(0.75 * height),
             Self::Ogive(ogive) => ogive.bounding_radius(),
             Self::Fsp(fsp) => fsp.bounding_radius(),
+            Self::Frustum(frustum) => frustum.bounding_radius(),
         }
     }
 

@@ -1,41 +1,8 @@
-//! Bodies made of flat faces: frustums of pyramids and convex hulls, as closed triangle meshes.
+//! Convex hulls as closed triangle meshes.
 
 use glam::DVec3;
-use std::f64::consts::PI;
 
 use super::mesh::{MeshError, TriangleMesh};
-use super::{SolidError, positive};
-
-/// A pyramid of `sides` sides without its top, about the middle of its height along z: corners on circles of radius
-/// `bottom` and `top` (m; either may be zero, which makes a tip), the first along +x.
-///
-/// # Errors
-/// Lengths that are no lengths, fewer than three sides, both radii zero.
-pub fn frustum(sides: u32, bottom: f64, top: f64, height: f64) -> Result<TriangleMesh, SolidError> {
-    positive("height", height)?;
-    positive("larger radius", bottom.max(top))?;
-    for (what, radius) in [("bottom radius", bottom), ("top radius", top)] {
-        if !(radius >= 0.0 && radius.is_finite()) {
-            return Err(SolidError::NotPositive { what, value: radius });
-        }
-    }
-    if !(3..=1 << 20).contains(&sides) {
-        return Err(SolidError::NotPositive { what: "number of sides above two", value: f64::from(sides) });
-    }
-    let at = |k: u32, radius: f64, z: f64| {
-        let angle = 2.0 * PI * f64::from(k % sides) / f64::from(sides);
-        DVec3::new(radius * libm::cos(angle), radius * libm::sin(angle), z)
-    };
-    let (low, high) = (-0.5 * height, 0.5 * height);
-    let mut corners = Vec::with_capacity(12 * sides as usize);
-    for k in 0..sides {
-        let [a, b] = [at(k, bottom, low), at(k + 1, bottom, low)];
-        let [d, c] = [at(k, top, high), at(k + 1, top, high)];
-        corners.extend([a, b, c, a, c, d]);
-        corners.extend([b, a, DVec3::Z * low, d, c, DVec3::Z * high]);
-    }
-    Ok(TriangleMesh::from_corners(&corners))
-}
 
 /// The convex hull of points (m), its triangles outwards; points inside are left out.
 ///

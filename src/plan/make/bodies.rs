@@ -4,7 +4,7 @@ use glam::{DQuat, DVec3};
 
 use crate::diagnostics::Diagnostic;
 use crate::geometry::Solid;
-use crate::geometry::solid::{Fsp, Ogive};
+use crate::geometry::solid::{Frustum, Fsp, Ogive};
 use crate::plan::{BodyRecipe, Domain, Recipe, Topology};
 use crate::scene::{Body, Given, Item, ItemBody, Mass, Shape};
 
@@ -135,6 +135,9 @@ impl Maker<'_> {
             Shape::Cone { radius, height } => Ok(Solid::Cone { radius: *radius, height: *height }),
             Shape::Ogive { radius, height, calibres } => Ogive::new(*radius, *height, *calibres).map(Solid::Ogive),
             Shape::Fsp { radius, height } => Fsp::new(*radius, *height, FSP_FLAT * radius, FSP_SLOPE).map(Solid::Fsp),
+            Shape::Frustum { sides, bottom, top, height } => {
+                Frustum::new(*sides, *bottom, *top, *height).map(Solid::Frustum)
+            }
             Shape::Point => Ok(Solid::Point),
             Shape::Other(name) => {
                 let message = format!("a body of shape `{name}` is not available yet");

@@ -53,6 +53,13 @@ impl Skeleton {
                     s.segments.push([2 * k, 2 * k + 1]);
                 }
             }
+            Solid::Frustum(frustum) => {
+                s.points.extend(frustum.corners());
+                let n = frustum.sides;
+                for k in 0..n {
+                    s.segments.extend([[k, (k + 1) % n], [k, n + k], [n + k, n + (k + 1) % n]]);
+                }
+            }
             Solid::Ogive(_) | Solid::Fsp(_) => {
                 for k in 0..64 {
                     let z = 1.0 - (2.0 * f64::from(k) + 1.0) / 64.0;
