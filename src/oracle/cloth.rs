@@ -377,6 +377,30 @@ fn gap(solid: &Solid, x: [DVec3; 3], near: f64) -> f64 {
         DVec3::AXES.into_iter().for_each(|axis| look(side.cross(axis)));
         look(x[k] - side * (x[k].dot(side) / side.length_squared().max(1e-300)));
     }
+    if let Solid::Frustum(frustum) = solid {
+        // Between bodies with flat faces the widest slab stands on features of both: corners, edges, faces.
+        let corners: Vec<DVec3> = frustum.corners().collect();
+        let n = corners.len() / 2;
+        let ring = (0..n).flat_map(|k| [[k, (k + 1) % n], [k, n + k], [n + k, n + (k + 1) % n]]);
+        let edges: Vec<[DVec3; 2]> = ring.map(|edge| edge.map(|k| corners[k])).collect();
+        let aside = |way: DVec3, along: DVec3| way - along * (way.dot(along) / along.length_squared().max(1e-300));
+        for k in 0..3 {
+            let (p, side) = (x[k], x[(k + 1) % 3] - x[k]);
+            for corner in &corners {
+                look(p - *corner);
+                look(aside(p - *corner, side));
+            }
+            for [from, to] in &edges {
+                look(aside(p - *from, *to - *from));
+                look(side.cross(*to - *from));
+            }
+        }
+        for k in 0..n {
+            look((corners[(k + 1) % n] - corners[k]).cross(corners[n + k] - corners[k]));
+            look((corners[n + (k + 1) % n] - corners[n + k]).cross(corners[n + k] - corners[k]));
+        }
+        return best.0;
+    }
     if best.0 < 0.9 * near { climb(slab, best) } else { best.0 }
 }
 

@@ -12,7 +12,7 @@ fn all() -> Vec<Solid> {
         Solid::Ogive(Ogive::new(0.4, 0.9, 0.5).unwrap()),
         Solid::Fsp(Fsp::new(0.5, 1.1, 0.2, 0.7).unwrap()),
         Solid::Frustum(Frustum::new(6, 0.5, 0.2, 0.9).unwrap()),
-        Solid::Frustum(Frustum::new(3, 0.0, 0.6, 0.8).unwrap()),
+        Solid::Frustum(Frustum::new(3, 0.1, 0.57, 0.83).unwrap()),
     ]
 }
 

@@ -217,6 +217,7 @@ pub(super) fn advance(first_gap: f64, near: f64, closing: f64, gap_at: impl Fn(f
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::solid::Frustum;
 
     /// Numbers between −1 and 1 from a counter (Steele, Lea & Flood's mixer), so that every run asks the same.
     struct Numbers(u64);
@@ -266,6 +267,7 @@ mod tests {
             Solid::Cone { radius: 0.4, height: 0.8 },
             Solid::Capsule { radius: 0.2, half_height: 0.4 },
             Solid::Sphere { radius: 0.4 },
+            Solid::Frustum(Frustum::new(6, 0.4, 0.2, 0.7).unwrap()),
         ];
         let mut numbers = Numbers(7);
         let mut worst = 0.0_f64;
