@@ -6,6 +6,7 @@ use glam::DVec3;
 use super::features::Element;
 use super::law::ClothSide;
 use super::nearby::Berth;
+use super::reference::mean;
 use super::rows::Rigid;
 use super::shapes::{Pose, element_near};
 use super::zones::course;
@@ -43,12 +44,13 @@ impl ClothContact {
         let mut rigid: Vec<Rigid> = Vec::new();
         response::take_bodies(bodies, &mut rigid);
         self.berths.clear();
-        self.berth_drifts.clear();
+        self.berth_centres.clear();
+        let centre = mean(position.iter().copied());
         for b in 0..rigid.len() {
             let pose = Pose { position: bodies.position[b], turn: bodies.turn[b] };
             let rests = course(pose, DVec3::ZERO, DVec3::ZERO, DVec3::ZERO, self.radii[b], 0.0);
             self.berths.push(Berth::new(&rests, DVec3::ZERO, self.settings.skin, 0.0));
-            self.berth_drifts.push(DVec3::ZERO);
+            self.berth_centres.push(centre);
         }
         (0..rigid.len()).for_each(|b| self.list_nearby(b));
         let mut deepest: Option<Tangle> = None;
