@@ -9,13 +9,11 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::features::{Element, Features};
+use super::features::Features;
 use super::law::Laws;
-use super::narrow::closing;
 use super::reference::{Reference, Room, widths};
+use super::seeker::{Seeker, Seen};
 use super::tree::{Aabb, Tree};
-use crate::geometry::impact::closest_on_triangle;
-use crate::geometry::segments::closest_on_segments;
 
 /// A vertex with a face, or two edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -201,9 +199,11 @@ impl Candidates {
                 let same = leaf.parts[0] == leaf.parts[1] && leaf.leaves[0] == leaf.leaves[1];
                 for (k, &e) in a.iter().enumerate() {
                     let with = if same { &b[k + 1..] } else { b };
+                    let mut first = None;
                     for &f in with {
                         if boxes[e as usize].meets(&boxes[f as usize]) {
-                            Seeker { features, reference, rule: leaf.rule, only, found }.elements(e, f);
+                            let (seen, common) = first.get_or_insert_with(|| Seen::first(features, reference, e));
+                            Seeker { features, reference, rule: leaf.rule, only, found }.seek(seen, *common, f);
                         }
                     }
                 }
@@ -246,97 +246,4 @@ fn element_box(features: &Features, reference: &Reference, e: u32) -> Aabb {
         radius = radius.max(reference.radius[n as usize]);
     }
     around.grown(radius + features.half_thickness[element.part as usize])
-}
-
-struct Seeker<'a> {
-    features: &'a Features,
-    reference: &'a Reference,
-    rule: u32,
-    /// Pairs with such a node only.
-    only: Option<&'a [bool]>,
-    found: &'a mut Vec<Pair>,
-}
-
-impl Seeker<'_> {
-    /// The feature pairs that these two elements own: up to 6 of vertices with faces and 9 of edges.
-    fn elements(&mut self, e: u32, f: u32) {
-        let features = self.features;
-        let [a, b] = [e, f].map(|k| &features.elements[k as usize]);
-        if !self.wants(&a.nodes) && !self.wants(&b.nodes) {
-            return;
-        }
-        let sum = features.half_thickness[a.part as usize] + features.half_thickness[b.part as usize];
-        for (one, other, face) in [(a, b, f), (b, a, e)] {
-            if other.is_face() {
-                for v in one.owned_vertices() {
-                    self.vertex_face(v, one.part, other, face, sum);
-                }
-            }
-        }
-        for i in a.owned_edges() {
-            for j in b.owned_edges() {
-                self.edges([i, j], a.part == b.part, sum);
-            }
-        }
-    }
-
-    fn wants(&self, nodes: &[u32]) -> bool {
-        self.only.is_none_or(|stale| nodes.iter().any(|n| stale[*n as usize]))
-    }
-
-    fn vertex_face(&mut self, v: u32, part: u32, face: &Element, id: u32, sum: f64) {
-        let [a, b, c] = face.nodes;
-        let nodes = [v, a, b, c];
-        if face.nodes.contains(&v) || !self.wants(&nodes) {
-            return;
-        }
-        let distance = |[v, a, b, c]: [DVec3; 4]| closest_on_triangle(v, [a, b, c]).delta.length();
-        let place = nodes.map(|n| self.reference.place(n));
-        let limit = sum + self.room([v, v], [a, b, c]) + closing(true, nodes.map(|n| self.reference.ahead(n)));
-        // The distance from a ball around the face first: most candidates leave by it.
-        let middle = (place[1] + place[2] + place[3]) / 3.0;
-        let far = place[1..].iter().map(|x| (*x - middle).length_squared()).fold(0.0, f64::max);
-        if (place[0] - middle).length_squared() > 2.0 * (far + limit * limit) {
-            return;
-        }
-        if distance(place) <= limit {
-            let thickness = self.thickness(nodes, part == face.part, sum, distance);
-            self.found.push(Pair { nodes, is_face: true, features: [v, id], rule: self.rule, thickness });
-        }
-    }
-
-    fn edges(&mut self, [i, j]: [u32; 2], same_part: bool, sum: f64) {
-        let features = [i.min(j), i.max(j)];
-        let [[a, b], [c, d]] = features.map(|e| self.features.edges[e as usize]);
-        let nodes = [a, b, c, d];
-        if a == c || a == d || b == c || b == d || !self.wants(&nodes) {
-            return;
-        }
-        let distance = |[a, b, c, d]: [DVec3; 4]| closest_on_segments(a, b, c, d).delta.length();
-        let place = nodes.map(|n| self.reference.place(n));
-        let limit = sum + self.room([a, b], [c, d, d]) + closing(false, nodes.map(|n| self.reference.ahead(n)));
-        let middles = 0.5 * ((place[0] + place[1]) - (place[2] + place[3]));
-        let halves = 0.25 * ((place[1] - place[0]).length_squared() + (place[3] - place[2]).length_squared());
-        // (p + q + r)² ≤ 3·(p² + q² + r²): no root is drawn.
-        if middles.length_squared() > 3.0 * (halves + limit * limit) {
-            return;
-        }
-        if distance(place) <= limit {
-            let thickness = self.thickness(nodes, same_part, sum, distance);
-            self.found.push(Pair { nodes, is_face: false, features, rule: self.rule, thickness });
-        }
-    }
-
-    fn room(&self, one: [u32; 2], other: [u32; 3]) -> f64 {
-        let radius = |n: u32| self.reference.radius[n as usize];
-        one.into_iter().map(radius).fold(0.0, f64::max) + other.into_iter().map(radius).fold(0.0, f64::max)
-    }
-
-    /// Features near each other in the material touch at half their distance there.
-    fn thickness(&self, nodes: [u32; 4], same_part: bool, sum: f64, distance: impl Fn([DVec3; 4]) -> f64) -> f64 {
-        if !same_part {
-            return sum;
-        }
-        sum.min(0.5 * distance(nodes.map(|n| self.features.rest[n as usize])))
-    }
 }

@@ -33,7 +33,9 @@ impl Cone {
         if !(self.angle <= LEAN && other.angle <= LEAN) {
             return Self::NONE;
         }
-        let angle = |axis: DVec3, to: Self| libm::acos(axis.dot(to.axis).clamp(-1.0, 1.0)) + to.angle;
+        // An arc over a chord c ≤ 1 is no longer than c + c³/20.
+        let arc = |c: f64| if c <= 1.0 { c + 0.05 * c * c * c } else { f64::INFINITY };
+        let angle = |axis: DVec3, to: Self| arc((axis - to.axis).length()) + to.angle;
         let axis = (self.axis + other.axis).normalize_or(self.axis);
         Self { axis, angle: angle(axis, self).max(angle(axis, other)) }
     }
@@ -243,7 +245,7 @@ fn face(features: &Features, reference: &Reference, e: u32) -> Cone {
     let stretch = least_stretch([b - a, c - a], [q - p, r - p]) - 2.0 * radius / width(p, q, r);
     let normal = (b - a).cross(c - a).try_normalize();
     match normal {
-        Some(axis) if least > 0.0 && stretch >= SQUEEZED => Cone { axis, angle: libm::atan(2.0 * radius / least) },
+        Some(axis) if least > 0.0 && stretch >= SQUEEZED => Cone { axis, angle: 2.0 * radius / least },
         _ => Cone::NONE,
     }
 }
@@ -309,6 +311,7 @@ mod tests {
     use super::super::candidates::Candidates;
     use super::super::law::{ClothRule, ClothSide, Laws};
     use super::super::narrow::nearest;
+    use super::super::reference::Verdict;
     use super::super::{Features, Part};
     use super::*;
 
@@ -383,5 +386,73 @@ mod tests {
             }
         }
         assert!(found > 1000 && clear > 100, "{found} touches, {clear} stretches clear");
+    }
+
+    /// A folded sheet whose nodes fly each their way, some of them turning aside at every step: at each of them the lists,
+    /// sought again for those alone, hold all that touches.
+    #[test]
+    fn lists_sought_again_in_part_hold_every_touch() {
+        let n = 24_u32;
+        let id = |i: u32, j: u32| j * (n + 1) + i;
+        let rest: Vec<DVec3> =
+            (0..=n).flat_map(|j| (0..=n).map(move |i| CELL * DVec3::new(i.into(), j.into(), 0.0))).collect();
+        let mut part = Part { half_thickness: 4e-4, ..Part::default() };
+        for j in 0..n {
+            for i in 0..n {
+                let [a, b, c, d] = [id(i, j), id(i + 1, j), id(i + 1, j + 1), id(i, j + 1)];
+                part.triangles.extend([[a, b, c], [a, c, d]]);
+            }
+        }
+        let fold = |x: DVec3| {
+            let turn = (x.y / 0.02).min(std::f64::consts::PI);
+            DVec3::new(x.x, 0.02 * turn.sin() - (x.y - 0.02 * turn), 0.02 * (1.0 - turn.cos()))
+        };
+        let mut x: Vec<DVec3> = rest.iter().map(|x| fold(*x)).collect();
+        let mut v: Vec<DVec3> =
+            x.iter().map(|x| DVec3::new(0.3, 0.0, if x.z > 0.03 { -1.2 - 4.0 * x.x } else { 0.0 })).collect();
+        let features = Features::new(&[part], rest).expect("a sheet");
+        let rule = ClothRule { between: [ClothSide::Part(0); 2], restitution: 0.0, at_rest: 0.0, sliding: 0.0 };
+        let laws = Laws::new(&[rule], 1, 0);
+        let (h, skin) = (4e-4, 1.6e-3);
+        let (mut watched, mut fresh) = (Candidates::new(&features), Candidates::new(&features));
+        let (mut distances, mut stale) = (Vec::new(), Vec::new());
+        let (mut in_part, mut whole, mut touches) = (0, 0, 0);
+        let sorted = |list: &Candidates, x: &[DVec3]| {
+            let near = |p: &&super::super::candidates::Pair| {
+                nearest(p.is_face, p.nodes.map(|n| x[n as usize])).delta.length() < p.thickness
+            };
+            let mut pairs: Vec<_> = list.pairs.iter().filter(near).map(|p| (p.is_face, p.features)).collect();
+            pairs.sort_unstable();
+            pairs
+        };
+        for step in 0..80_u32 {
+            // A few nodes, others at each step, are turned aside.
+            for k in 0..5 {
+                let node = ((step * 131 + k * 97) % (25 * 25)) as usize;
+                v[node] += DVec3::new(0.0, 0.2, 0.9 - 0.3 * f64::from(k));
+            }
+            match watched.reference.watch(h, &x, &v, &mut stale) {
+                Verdict::All => {}
+                Verdict::Some => {
+                    watched.stale.clone_from(&stale);
+                    watched.renew(h, &x, &v, skin, &features, &laws, &mut distances, false);
+                    in_part += 1;
+                }
+                Verdict::None => {
+                    watched.refer(h, &x, &v, skin);
+                    watched.seek(&features, &laws, false);
+                    whole += 1;
+                }
+            }
+            x.iter_mut().zip(&v).for_each(|(x, v)| *x += h * *v);
+            watched.reference.time += h;
+            fresh.contours.sheets[0].usable = false;
+            fresh.refer(0.0, &x, &v, skin);
+            fresh.seek(&features, &laws, false);
+            let (held, all) = (sorted(&watched, &x), sorted(&fresh, &x));
+            touches += all.len();
+            assert_eq!(held, all, "step {step}");
+        }
+        assert!(in_part > 20 && whole > 2 && touches > 100, "{in_part} in part, {whole} whole, {touches} touches");
     }
 }

@@ -17,6 +17,7 @@ mod pairs;
 mod reference;
 mod response;
 mod rows;
+mod seeker;
 mod shapes;
 mod stats;
 mod step;
@@ -28,7 +29,7 @@ mod zones;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-pub use begin::Tangle;
+pub use begin::{Overlap, Tangle};
 pub use features::{FeatureError, Features, Part};
 pub use law::{ClothRule, ClothSide};
 pub use stats::{ClothContactStats, ClothSeconds, Refused};

@@ -46,14 +46,14 @@ const LONG: f64 = 12.0;
 const AHEAD: f64 = 4.0;
 
 /// Steps from a full search to its horizon at first, at least and at most.
-const WINDOW: f64 = 16.0;
-const WINDOWS: [f64; 2] = [4.0, 64.0];
+const WINDOW: f64 = 8.0;
+const WINDOWS: [f64; 2] = [4.0, 16.0];
 
 /// Share of stale nodes beyond which all is sought anew.
 const STALE: usize = 8;
 
 /// What looking for an element's pairs costs beside measuring a pair.
-const SEARCH: f64 = 8.0;
+const SEARCH: f64 = 2.0;
 
 /// Mean of vectors in a fixed order.
 pub(super) fn mean(vectors: impl ExactSizeIterator<Item = DVec3>) -> DVec3 {
