@@ -34,6 +34,7 @@ fn fall() {
     for contact in [false, true] {
         let mut w = drape(contact);
         let (mut seconds, mut tests, mut rebuilds, mut rows) = ([0.0; 5], 0, 0, 0);
+        let (mut renewed, mut pairs, mut rounds, mut sweeps) = (0, 0, 0, 0);
         let clock = Instant::now();
         for _ in 0..steps {
             w.step(h);
@@ -44,6 +45,10 @@ fn fall() {
             tests += w.last.tests;
             rebuilds += usize::from(w.last.rebuilt);
             rows = rows.max(w.last.rows);
+            renewed += w.last.renewed;
+            pairs += w.last.pairs;
+            rounds += w.last.rounds as usize;
+            sweeps += w.last.sweeps as usize;
         }
         let wall = clock.elapsed().as_secs_f64();
         let spent: f64 = seconds.iter().sum();
@@ -56,9 +61,14 @@ fn fall() {
             let [candidates, narrow, response, sweep, zones] = seconds.map(|s| 1e3 * s / steps as f64);
             println!(
                 "  ms a step: candidates {candidates:.3}, narrow {narrow:.3}, response {response:.3}, sweep {sweep:.3}, \
-                 zones {zones:.3}; tests {} a step, rebuilt {rebuilds} times, most rows {rows}, refusals {}",
+                 zones {zones:.3}; tests {} a step, rebuilt {rebuilds} times, most rows {rows}, refusals {}; \
+                 a step: {} nodes sought again, {} pairs listed, {:.2} rounds, {} sweeps",
                 tests / steps,
-                w.refusals
+                w.refusals,
+                renewed / steps,
+                pairs / steps,
+                rounds as f64 / steps as f64,
+                sweeps / steps
             );
         }
     }
@@ -111,6 +121,12 @@ fn grow() {
 }
 
 fn main() {
-    fall();
-    grow();
+    let only = std::env::args().nth(1).filter(|name| !name.starts_with('-'));
+    let wants = |name: &str| only.as_ref().is_none_or(|only| only == name);
+    if wants("fall") {
+        fall();
+    }
+    if wants("grow") {
+        grow();
+    }
 }

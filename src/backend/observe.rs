@@ -218,6 +218,21 @@ pub struct ContactTotals {
     pub deepest: f64,
     /// Of sheets, lines and bodies; None where the scene has no such contact.
     pub cloth: Option<ClothTotals>,
+    /// Parts that started within their thickness of each other, which contact parts.
+    pub overlaps: Vec<StartOverlap>,
+}
+
+/// Two sides that started nearer to each other than the thickness between them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StartOverlap {
+    pub names: [String; 2],
+    pub places: usize,
+    /// Share of the thickness that is missing at the worst place, and how far the two are moved apart there, m.
+    pub deepest: f64,
+    pub parted: f64,
+    /// m.
+    pub at: DVec3,
+    pub origin: Option<OriginId>,
 }
 
 /// Contact of the net and of bodies over the whole run: sums over steps.

@@ -108,6 +108,7 @@ fn run_case(
     };
     let outcome = cpu::run(plan, inputs, options, &mut recorder).map_err(|refusal| refused(sources, plan, &refusal))?;
     let summary = recorder.finish(&outcome, verifier.totals())?;
+    diagnostics.extend(verdict::of_start(sources, plan, &outcome));
     diagnostics.extend(verifier.totals().and_then(|totals| verdict::of_oracle(sources, plan, &outcome, totals)));
     Ok((outcome, summary))
 }

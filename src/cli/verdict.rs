@@ -32,6 +32,33 @@ pub fn of_oracle(sources: &Sources, plan: &Plan, outcome: &Outcome, totals: &Tot
     Some(found.note("No centreline was crossed, so nothing passed through; forces near there are too soft."))
 }
 
+/// W0908 for each pair of parts that started within the thickness between them, at the line of the first.
+pub fn of_start<'a>(
+    sources: &'a Sources,
+    plan: &'a Plan,
+    outcome: &'a Outcome,
+) -> impl Iterator<Item = Diagnostic> + use<'a> {
+    outcome.contact.overlaps.iter().map(|found| {
+        let [one, other] = &found.names;
+        let whom = if one == other { format!("{one} starts too near to itself") } else { format!("{one} starts too near to {other}") };
+        let places = if found.places == 1 { "1 place".to_string() } else { format!("{} places", found.places) };
+        let DVec3 { x, y, z } = found.at;
+        let message = format!(
+            "{whom}: at {places} there is less room than the thickness, at most by {:.3} mm near [{x:.4}, {y:.4}, {z:.4}] m; \
+             contact moves them apart by up to {:.3} mm over the first steps",
+            1e3 * found.deepest,
+            1e3 * found.parted
+        );
+        let span = found.origin.and_then(|origin| plan.origins.get(origin.0 as usize));
+        let note = "Leave the thickness between them at the start, and nothing is moved.";
+        match span.map(|origin| sources.headline(origin.span)) {
+            Some(span) => Diagnostic::warning("W0908", message, span, "starts here"),
+            None => Diagnostic::placeless("W0908", Severity::Warning, message),
+        }
+        .note(note)
+    })
+}
+
 fn placed(
     code: &'static str,
     severity: Severity,

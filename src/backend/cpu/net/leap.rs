@@ -257,8 +257,10 @@ impl Engine<'_> {
         let (h, gravity) = (self.h, self.program.gravity);
         self.net.carry(&self.bodies);
         let first = self.net_account(0);
+        // The kick's own sums are of v*, which contact of either kind changes.
+        let touched = self.touch.is_some() || self.net_touch.is_some();
         for part in 0..self.net.parts.len() {
-            let work = self.net.received(part, h, gravity, self.touch.is_some());
+            let work = self.net.received(part, h, gravity, touched);
             let now = &mut self.ledger.accounts[first + part].now;
             now.gravity += work.gravity;
             now.viscosity += work.damping;

@@ -7,10 +7,10 @@ use super::{NetKind, NetRun};
 use crate::backend::cpu::Refusal;
 use crate::backend::cpu::actions::{Action, ActionKind};
 use crate::backend::cpu::engine::Engine;
-use crate::backend::observe::{HaltReason, NetView};
+use crate::backend::observe::{HaltReason, NetView, StartOverlap};
 use crate::geometry::sheet;
 use crate::physics::contact::cloth::{
-    ClothContact, ClothContactStats, ClothMemory, ClothRule, ClothSettings, ClothSide, Features, Part, Refused,
+    ClothContact, ClothContactStats, ClothMemory, ClothRule, ClothSettings, ClothSide, Features, Overlap, Part, Refused,
 };
 use crate::plan::{ContactRule, ContactSide, DomainId, Kernel, NetSkin, OriginId, Plan, Recipe};
 
@@ -132,7 +132,7 @@ impl Engine<'_> {
         let mut solver = ClothContact::new(settings, features, &laws, &self.bodies);
         match memory {
             Some(memory) => solver.recall(memory),
-            None => self.refuse_tangled(&mut solver, &domains)?,
+            None => self.refuse_tangled(&mut solver, &domains, settings.tolerance)?,
         }
         self.net_touch = Some(NetTouch {
             solver,
@@ -148,24 +148,50 @@ impl Engine<'_> {
         Ok(())
     }
 
-    /// Refuses a start in which cloth lies in a body, or goes through cloth, at the cloth's line.
-    fn refuse_tangled(&self, solver: &mut ClothContact, domains: &[DomainId]) -> Result<(), Refusal> {
+    /// The name of a side, and the line of a part.
+    fn side_of(&self, side: ClothSide, domains: &[DomainId]) -> (String, Option<OriginId>) {
+        match side {
+            ClothSide::Part(at) => {
+                let part = self.net.parts.iter().find(|part| part.domain == Some(domains[at as usize]));
+                part.map_or_else(Default::default, |part| (format!("`{}`", part.name), Some(part.origin)))
+            }
+            ClothSide::Body(body) => {
+                let recipe = self.body_part.recipes.get(body as usize);
+                (recipe.map_or_else(String::new, |recipe| format!("`{}`", recipe.name)), None)
+            }
+        }
+    }
+
+    /// An overlap at the start, in the scene's names.
+    fn told(&self, found: &Overlap, domains: &[DomainId], tolerance: f64) -> StartOverlap {
+        let [one, other] = found.between.map(|side| self.side_of(side, domains));
+        StartOverlap {
+            names: [one.0, other.0],
+            places: found.places,
+            deepest: found.deepest,
+            parted: found.deepest - tolerance,
+            at: found.at,
+            origin: one.1.or(other.1),
+        }
+    }
+
+    /// Refuses a start in which cloth lies in a body, or goes through cloth, at the cloth's line; keeps what only lies within
+    /// its thickness to be told at the end.
+    fn refuse_tangled(
+        &mut self,
+        solver: &mut ClothContact,
+        domains: &[DomainId],
+        tolerance: f64,
+    ) -> Result<(), Refusal> {
         let net = &self.net;
         let held = |node: u32| net.anchors.iter().any(|anchor| anchor.node == node);
-        let Some(found) = solver.tangled(&net.net.position, &self.bodies, held) else { return Ok(()) };
-        let part = |at: u32| net.parts.iter().find(|part| part.domain == Some(domains[at as usize]));
-        let named = |side: ClothSide| match side {
-            ClothSide::Part(at) => part(at).map_or_else(String::new, |part| format!("`{}`", part.name)),
-            ClothSide::Body(body) => self
-                .body_part
-                .recipes
-                .get(body as usize)
-                .map_or_else(String::new, |recipe| format!("`{}`", recipe.name)),
+        let Some(found) = solver.tangled(&net.net.position, &self.bodies, held) else {
+            let overlaps = solver.overlapping(&net.net.position, &self.bodies, held);
+            self.contact_totals.overlaps = overlaps.iter().map(|found| self.told(found, domains, tolerance)).collect();
+            return Ok(());
         };
-        let origin = match found.between[0] {
-            ClothSide::Part(at) => part(at).map(|part| part.origin),
-            ClothSide::Body(_) => None,
-        };
+        let (named, origin) =
+            (|side: ClothSide| self.side_of(side, domains).0, self.side_of(found.between[0], domains).1);
         let [one, other] = found.between.map(named);
         let DVec3 { x, y, z } = found.place;
         let place = format!("near [{x:.4}, {y:.4}, {z:.4}] m");

@@ -1,12 +1,16 @@
 //! What lies in what before the first step: elements inside bodies, and edges that go through faces. Contact keeps apart what
 //! starts apart; it cannot tell on which side of each other such things belong.
 
+use std::collections::HashSet;
+
 use glam::DVec3;
 
 use super::features::Element;
 use super::law::ClothSide;
+use super::narrow::{nearest, row};
 use super::nearby::Berth;
-use super::rows::Rigid;
+use super::reference::mean;
+use super::rows::{Key, Rigid};
 use super::shapes::{Pose, element_near};
 use super::zones::course;
 use super::{ClothContact, response};
@@ -22,7 +26,70 @@ pub struct Tangle {
     pub place: DVec3,
 }
 
+/// Two sides that start nearer to each other than their thickness, and that contact will part.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Overlap {
+    pub between: [ClothSide; 2],
+    /// Places where two features touch, or elements near a body.
+    pub places: usize,
+    /// Share of the thickness that is missing at the worst of them, m, and where that is, m.
+    pub deepest: f64,
+    pub at: DVec3,
+}
+
+/// Share of the thickness that may be missing before it is told: rows are as coarse.
+const TOLD: f64 = 0.02;
+
 impl ClothContact {
+    /// Sides that start within their thickness of each other, the net at the `position` (m) that [`Self::tangled`] has just
+    /// looked at, whose lists this reads. What `held` tells of is left out as it is there.
+    pub fn overlapping(&self, position: &[DVec3], bodies: &Bodies, held: impl Fn(u32) -> bool) -> Vec<Overlap> {
+        let mut found: Vec<Overlap> = Vec::new();
+        let mut note = |between: [ClothSide; 2], depth: f64, at: DVec3, new: bool| {
+            let known = found.iter().position(|overlap| overlap.between == between);
+            let k = known.unwrap_or_else(|| {
+                found.push(Overlap { between, places: 0, deepest: 0.0, at });
+                found.len() - 1
+            });
+            found[k].places += usize::from(new);
+            if depth > found[k].deepest {
+                (found[k].deepest, found[k].at) = (depth, at);
+            }
+        };
+        let least = |thickness: f64| self.settings.tolerance.max(TOLD * thickness);
+        let mut known: HashSet<Key> = HashSet::new();
+        for pair in &self.candidates.pairs {
+            let x = pair.nodes.map(|n| position[n as usize]);
+            let near = nearest(pair.is_face, x);
+            let depth = pair.thickness - near.delta.length();
+            if depth <= least(pair.thickness) {
+                continue;
+            }
+            let Some(row) = row(&self.features, pair, &near, x) else { continue };
+            let at = (0..4).map(|k| x[k] * near.weights[k].max(0.0)).sum();
+            note(self.laws.rules[pair.rule as usize].between, depth, at, known.insert(row.key));
+        }
+        for near in &self.nearby {
+            let b = near.body as usize;
+            let pose = Pose { position: bodies.position[b], turn: bodies.turn[b] };
+            let thickness = self.features.half_thickness[near.part as usize];
+            for listed in &near.elements {
+                let element = &self.features.elements[listed.id as usize];
+                if element.corners().iter().any(|n| held(*n)) {
+                    continue;
+                }
+                let x = element.nodes.map(|n| pose.local(position[n as usize]));
+                let found = element_near(x, element.is_face(), &bodies.solids[b]);
+                let depth = thickness - found.near.distance;
+                if depth > least(thickness) {
+                    let at = pose.place((0..3).map(|k| x[k] * found.weights[k]).sum());
+                    note([ClothSide::Part(near.part), ClothSide::Body(near.body)], depth, at, true);
+                }
+            }
+        }
+        found
+    }
+
     /// The deepest element in a body, or else the first place where an edge goes through a face, with the net at
     /// `position` (m). Elements with a node that `held` tells of are left out: they hang on what they are in.
     pub fn tangled(&mut self, position: &[DVec3], bodies: &Bodies, held: impl Fn(u32) -> bool) -> Option<Tangle> {
@@ -43,12 +110,13 @@ impl ClothContact {
         let mut rigid: Vec<Rigid> = Vec::new();
         response::take_bodies(bodies, &mut rigid);
         self.berths.clear();
-        self.berth_drifts.clear();
+        self.berth_centres.clear();
+        let centre = mean(position.iter().copied());
         for b in 0..rigid.len() {
             let pose = Pose { position: bodies.position[b], turn: bodies.turn[b] };
             let rests = course(pose, DVec3::ZERO, DVec3::ZERO, DVec3::ZERO, self.radii[b], 0.0);
             self.berths.push(Berth::new(&rests, DVec3::ZERO, self.settings.skin, 0.0));
-            self.berth_drifts.push(DVec3::ZERO);
+            self.berth_centres.push(centre);
         }
         (0..rigid.len()).for_each(|b| self.list_nearby(b));
         let mut deepest: Option<Tangle> = None;

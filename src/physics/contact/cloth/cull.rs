@@ -6,8 +6,9 @@
 
 use glam::{DVec2, DVec3};
 
-use super::candidates::Reference;
 use super::features::Features;
+use super::narrow::closing;
+use super::reference::Reference;
 use super::tree::Tree;
 use crate::geometry::segments::closest_on_segments;
 
@@ -22,15 +23,21 @@ const NOTCH: f64 = 0.17;
 struct Cone {
     axis: DVec3,
     angle: f64,
-    /// How far a node of it may go, m.
-    radius: f64,
 }
 
 impl Cone {
+    const NONE: Self = Self { axis: DVec3::Z, angle: f64::INFINITY };
+
     fn with(self, other: Self) -> Self {
-        let angle = |axis: DVec3, to: Self| libm::acos(axis.dot(to.axis).clamp(-1.0, 1.0)) + to.angle;
+        // Too wide for culling already: no more need be known.
+        if !(self.angle <= LEAN && other.angle <= LEAN) {
+            return Self::NONE;
+        }
+        // An arc over a chord c ≤ 1 is no longer than c + c³/20.
+        let arc = |c: f64| if c <= 1.0 { c + 0.05 * c * c * c } else { f64::INFINITY };
+        let angle = |axis: DVec3, to: Self| arc((axis - to.axis).length()) + to.angle;
         let axis = (self.axis + other.axis).normalize_or(self.axis);
-        Self { axis, angle: angle(axis, self).max(angle(axis, other)), radius: self.radius.max(other.radius) }
+        Self { axis, angle: angle(axis, self).max(angle(axis, other)) }
     }
 }
 
@@ -54,6 +61,7 @@ pub(super) struct Contours {
     union: Vec<[u32; 2]>,
     walk: Vec<[u32; 2]>,
     flat: Vec<DVec2>,
+    reach: Vec<f64>,
     order: Vec<u32>,
 }
 
@@ -62,22 +70,26 @@ impl Contours {
         Self { sheets: trees.iter().map(|tree| Sheet::new(features, tree)).collect(), ..Self::default() }
     }
 
-    /// Takes the cones of a part at the reference.
-    pub fn watch(&mut self, features: &Features, tree: &Tree, part: u32, reference: &Reference) {
+    /// Takes the cones of a part for the courses as they are; of marked branches only where asked.
+    pub fn watch(&mut self, features: &Features, tree: &Tree, part: u32, reference: &Reference, marked: bool) {
         let sheet = &mut self.sheets[part as usize];
         if !sheet.usable {
             return;
         }
-        sheet.cones.clear();
-        sheet.cones.resize(tree.branches.len(), Cone { axis: DVec3::Z, angle: 0.0, radius: 0.0 });
-        for b in (0..tree.branches.len() as u32).rev() {
-            sheet.cones[b as usize] = if tree.is_leaf(b) {
+        let cones = &mut sheet.cones;
+        let mut one = |b: u32| {
+            cones[b as usize] = if tree.is_leaf(b) {
                 let faces = tree.elements(b).iter().map(|&e| face(features, reference, e));
-                faces.reduce(Cone::with).unwrap_or(Cone { axis: DVec3::Z, angle: f64::INFINITY, radius: 0.0 })
+                faces.reduce(Cone::with).unwrap_or(Cone::NONE)
             } else {
                 let [l, r] = tree.children(b);
-                sheet.cones[l as usize].with(sheet.cones[r as usize])
+                cones[l as usize].with(cones[r as usize])
             };
+        };
+        if marked {
+            tree.marked().iter().for_each(|b| one(*b));
+        } else {
+            (0..tree.branches.len() as u32).rev().for_each(one);
         }
     }
 
@@ -102,15 +114,14 @@ impl Contours {
                 return false;
             }
         }
-        let margin = 2.0 * features.half_thickness[part as usize] + 2.0 * cone.radius;
-        let simple = self.is_simple(cone.axis, margin, reference);
+        let simple = self.is_simple(cone.axis, 2.0 * features.half_thickness[part as usize], reference);
         self.cleared += usize::from(simple);
         simple
     }
 
-    /// Whether the outline is one loop that, seen along `axis`, keeps clear of itself by `margin` (m).
+    /// Whether the outline is one loop that, seen along `axis`, keeps clear of itself by `margin` (m) to the horizon.
     fn is_simple(&mut self, axis: DVec3, margin: f64, reference: &Reference) -> bool {
-        let Self { union, walk, flat, order, .. } = self;
+        let Self { union, walk, flat, order, reach, .. } = self;
         if !into_loop(union, walk) {
             return false;
         }
@@ -118,7 +129,7 @@ impl Contours {
         let f = axis.cross(e);
         flat.clear();
         flat.extend(union.iter().map(|side| {
-            let x = reference.position[side[0] as usize];
+            let x = reference.place(side[0]);
             DVec2::new(x.dot(e), x.dot(f))
         }));
         let n = flat.len();
@@ -131,31 +142,46 @@ impl Contours {
         if area <= 0.0 || notched {
             return false;
         }
+        // How far each corner may go, the common motion of the outline left out.
+        let common = union.iter().map(|side| reference.ahead(side[0])).sum::<DVec3>() / n as f64;
+        reach.clear();
+        reach.extend(union.iter().map(|side| {
+            reference.radius[side[0] as usize] + (reference.ahead(side[0]) - common).length() + 0.5 * margin
+        }));
+        let ends = |k: u32| [flat[k as usize], flat[(k as usize + 1) % n]];
+        let reach = |k: u32| reach[k as usize].max(reach[(k as usize + 1) % n]);
         order.clear();
         order.extend(0..n as u32);
-        let low = |k: u32| flat[k as usize].x.min(flat[(k as usize + 1) % n].x);
+        let low = |k: u32| flat[k as usize].x.min(flat[(k as usize + 1) % n].x) - reach(k);
         order.sort_unstable_by(|p, q| low(*p).total_cmp(&low(*q)).then(p.cmp(q)));
-        let ends = |k: u32| [flat[k as usize], flat[(k as usize + 1) % n]];
         for (i, &k) in order.iter().enumerate() {
             let [p, q] = ends(k);
-            let (high, bottom, top) = (p.x.max(q.x) + margin, p.y.min(q.y) - margin, p.y.max(q.y) + margin);
+            let (high, bottom, top) = (p.x.max(q.x) + reach(k), p.y.min(q.y) - reach(k), p.y.max(q.y) + reach(k));
             for &l in &order[i + 1..] {
-                let [r, s] = ends(l);
-                if r.x.min(s.x) > high {
+                if low(l) > high {
                     break;
                 }
+                let [r, s] = ends(l);
                 let apart = (k as usize + n - l as usize) % n;
-                if apart <= 1 || apart == n - 1 || r.y.min(s.y) > top || r.y.max(s.y) < bottom {
+                if apart <= 1 || apart == n - 1 || r.y.min(s.y) - reach(l) > top || r.y.max(s.y) + reach(l) < bottom {
                     continue;
                 }
                 let [p, q, r, s] = [p, q, r, s].map(|x| x.extend(0.0));
-                if closest_on_segments(p, q, r, s).delta.length() <= margin {
+                let distance = closest_on_segments(p, q, r, s).delta.length();
+                if distance <= reach(k) + reach(l) && distance <= margin + closes(union, [k, l], reference) {
                     return false;
                 }
             }
         }
         true
     }
+}
+
+/// By how much two sides of an outline may close to the horizon, m.
+fn closes(outline: &[[u32; 2]], sides: [u32; 2], reference: &Reference) -> f64 {
+    let [[a, b], [c, d]] = sides.map(|k| outline[k as usize]);
+    let radius = |a: u32, b: u32| reference.radius[a as usize].max(reference.radius[b as usize]);
+    closing(false, [a, b, c, d].map(|n| reference.ahead(n))) + radius(a, b) + radius(c, d)
 }
 
 impl Sheet {
@@ -174,6 +200,7 @@ impl Sheet {
             return sheet;
         }
         let branches = tree.branches.len();
+        sheet.cones = vec![Cone::NONE; branches];
         (sheet.first, sheet.count) = (vec![0; branches], vec![0; branches]);
         let mut sides: Vec<[u32; 2]> = Vec::new();
         for b in (0..branches as u32).rev() {
@@ -200,12 +227,15 @@ impl Sheet {
     }
 }
 
-/// Normal of a face, and how far it may lean while the lists hold. Moves of at most r change a plane's slope and a stretch
-/// by at most 2r over the face's least width.
+/// Normal of a face, and how far it may lean while the lists hold. Moves of at most r, the common one left out, change a
+/// plane's slope and a stretch by at most 2r over the face's least width.
 fn face(features: &Features, reference: &Reference, e: u32) -> Cone {
     let nodes = features.elements[e as usize].nodes;
-    let [a, b, c] = nodes.map(|n| reference.position[n as usize]);
-    let radius = nodes.into_iter().map(|n| reference.radius[n as usize]).fold(0.0, f64::max);
+    let [a, b, c] = nodes.map(|n| reference.place(n));
+    let ahead = nodes.map(|n| reference.ahead(n));
+    let common = (ahead[0] + ahead[1] + ahead[2]) / 3.0;
+    let own = ahead.into_iter().map(|d| (d - common).length()).fold(0.0, f64::max);
+    let radius = own + nodes.into_iter().map(|n| reference.radius[n as usize]).fold(0.0, f64::max);
     let [p, q, r] = nodes.map(|n| features.rest[n as usize]);
     let width = |a: DVec3, b: DVec3, c: DVec3| {
         let longest = (b - a).length().max((c - b).length()).max((a - c).length());
@@ -215,10 +245,8 @@ fn face(features: &Features, reference: &Reference, e: u32) -> Cone {
     let stretch = least_stretch([b - a, c - a], [q - p, r - p]) - 2.0 * radius / width(p, q, r);
     let normal = (b - a).cross(c - a).try_normalize();
     match normal {
-        Some(axis) if least > 0.0 && stretch >= SQUEEZED => {
-            Cone { axis, angle: libm::atan(2.0 * radius / least), radius }
-        }
-        _ => Cone { axis: DVec3::Z, angle: f64::INFINITY, radius },
+        Some(axis) if least > 0.0 && stretch >= SQUEEZED => Cone { axis, angle: 2.0 * radius / least },
+        _ => Cone::NONE,
     }
 }
 
@@ -283,6 +311,7 @@ mod tests {
     use super::super::candidates::Candidates;
     use super::super::law::{ClothRule, ClothSide, Laws};
     use super::super::narrow::nearest;
+    use super::super::reference::Verdict;
     use super::super::{Features, Part};
     use super::*;
 
@@ -357,5 +386,73 @@ mod tests {
             }
         }
         assert!(found > 1000 && clear > 100, "{found} touches, {clear} stretches clear");
+    }
+
+    /// A folded sheet whose nodes fly each their way, some of them turning aside at every step: at each of them the lists,
+    /// sought again for those alone, hold all that touches.
+    #[test]
+    fn lists_sought_again_in_part_hold_every_touch() {
+        let n = 24_u32;
+        let id = |i: u32, j: u32| j * (n + 1) + i;
+        let rest: Vec<DVec3> =
+            (0..=n).flat_map(|j| (0..=n).map(move |i| CELL * DVec3::new(i.into(), j.into(), 0.0))).collect();
+        let mut part = Part { half_thickness: 4e-4, ..Part::default() };
+        for j in 0..n {
+            for i in 0..n {
+                let [a, b, c, d] = [id(i, j), id(i + 1, j), id(i + 1, j + 1), id(i, j + 1)];
+                part.triangles.extend([[a, b, c], [a, c, d]]);
+            }
+        }
+        let fold = |x: DVec3| {
+            let turn = (x.y / 0.02).min(std::f64::consts::PI);
+            DVec3::new(x.x, 0.02 * turn.sin() - (x.y - 0.02 * turn), 0.02 * (1.0 - turn.cos()))
+        };
+        let mut x: Vec<DVec3> = rest.iter().map(|x| fold(*x)).collect();
+        let mut v: Vec<DVec3> =
+            x.iter().map(|x| DVec3::new(0.3, 0.0, if x.z > 0.03 { -1.2 - 4.0 * x.x } else { 0.0 })).collect();
+        let features = Features::new(&[part], rest).expect("a sheet");
+        let rule = ClothRule { between: [ClothSide::Part(0); 2], restitution: 0.0, at_rest: 0.0, sliding: 0.0 };
+        let laws = Laws::new(&[rule], 1, 0);
+        let (h, skin) = (4e-4, 1.6e-3);
+        let (mut watched, mut fresh) = (Candidates::new(&features), Candidates::new(&features));
+        let (mut distances, mut stale) = (Vec::new(), Vec::new());
+        let (mut in_part, mut whole, mut touches) = (0, 0, 0);
+        let sorted = |list: &Candidates, x: &[DVec3]| {
+            let near = |p: &&super::super::candidates::Pair| {
+                nearest(p.is_face, p.nodes.map(|n| x[n as usize])).delta.length() < p.thickness
+            };
+            let mut pairs: Vec<_> = list.pairs.iter().filter(near).map(|p| (p.is_face, p.features)).collect();
+            pairs.sort_unstable();
+            pairs
+        };
+        for step in 0..80_u32 {
+            // A few nodes, others at each step, are turned aside.
+            for k in 0..5 {
+                let node = ((step * 131 + k * 97) % (25 * 25)) as usize;
+                v[node] += DVec3::new(0.0, 0.2, 0.9 - 0.3 * f64::from(k));
+            }
+            match watched.reference.watch(h, &x, &v, &mut stale) {
+                Verdict::All => {}
+                Verdict::Some => {
+                    watched.stale.clone_from(&stale);
+                    watched.renew(h, &x, &v, skin, &features, &laws, &mut distances, false);
+                    in_part += 1;
+                }
+                Verdict::None => {
+                    watched.refer(h, &x, &v, skin);
+                    watched.seek(&features, &laws, false);
+                    whole += 1;
+                }
+            }
+            x.iter_mut().zip(&v).for_each(|(x, v)| *x += h * *v);
+            watched.reference.time += h;
+            fresh.contours.sheets[0].usable = false;
+            fresh.refer(0.0, &x, &v, skin);
+            fresh.seek(&features, &laws, false);
+            let (held, all) = (sorted(&watched, &x), sorted(&fresh, &x));
+            touches += all.len();
+            assert_eq!(held, all, "step {step}");
+        }
+        assert!(in_part > 20 && whole > 2 && touches > 100, "{in_part} in part, {whole} whole, {touches} touches");
     }
 }

@@ -61,14 +61,6 @@ impl Element {
     pub fn corners(&self) -> &[u32] {
         if self.is_face() { &self.nodes } else { &self.nodes[..2] }
     }
-
-    pub fn owned_vertices(&self) -> impl Iterator<Item = u32> + '_ {
-        (0..3).filter(|k| self.vertices >> k & 1 == 1).map(|k| self.nodes[k])
-    }
-
-    pub fn owned_edges(&self) -> impl Iterator<Item = u32> + '_ {
-        (0..3).filter(|k| self.sides >> k & 1 == 1).map(|k| self.edges[k])
-    }
 }
 
 /// All features of a net; rebuilt when its topology changes.

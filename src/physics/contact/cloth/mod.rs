@@ -14,8 +14,10 @@ mod law;
 mod narrow;
 mod nearby;
 mod pairs;
+mod reference;
 mod response;
 mod rows;
+mod seeker;
 mod shapes;
 mod stats;
 mod step;
@@ -27,7 +29,7 @@ mod zones;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-pub use begin::Tangle;
+pub use begin::{Overlap, Tangle};
 pub use features::{FeatureError, Features, Part};
 pub use law::{ClothRule, ClothSide};
 pub use stats::{ClothContactStats, ClothSeconds, Refused};
@@ -36,6 +38,7 @@ use candidates::Candidates;
 use law::Laws;
 use nearby::{Berth, Found, Nearby};
 use pairs::{BodyMeet, Skeleton};
+use reference::Reference;
 use response::Islands;
 use rows::{Key, Rigid, Row};
 use shapes::Course;
@@ -78,10 +81,10 @@ pub struct ClothContact {
     zones: Zones,
     /// Distance of each candidate at the start of the step, m.
     distances: Vec<f64>,
-    /// Elements near each body, where each body was when they were listed, and the net's path from its reference to then, m.
+    /// Elements near each body, where each body was when they were listed, and the net's mean place then, m.
     nearby: Vec<Nearby>,
     berths: Vec<Berth>,
-    berth_drifts: Vec<DVec3>,
+    berth_centres: Vec<DVec3>,
     found: Vec<Found>,
     solids: Vec<crate::geometry::Solid>,
     /// Room for a place of each node in a list.
@@ -107,10 +110,9 @@ pub struct ClothContact {
 pub struct ClothMemory {
     impulses: Vec<(Key, DVec3)>,
     step: f64,
-    position: Vec<DVec3>,
-    radius: Vec<f64>,
+    reference: Reference,
     berths: Vec<Berth>,
-    drifts: Vec<DVec3>,
+    centres: Vec<DVec3>,
 }
 
 impl ClothContact {
@@ -133,7 +135,7 @@ impl ClothContact {
             distances: Vec::new(),
             nearby,
             berths: Vec::new(),
-            berth_drifts: Vec::new(),
+            berth_centres: Vec::new(),
             found: Vec::new(),
             solids: bodies.solids.clone(),
             place_of: vec![0; features.nodes],
@@ -159,10 +161,9 @@ impl ClothContact {
         ClothMemory {
             impulses: self.last.clone(),
             step: self.last_h,
-            position: self.candidates.reference.position.clone(),
-            radius: self.candidates.reference.radius.clone(),
+            reference: self.candidates.reference.clone(),
             berths: self.berths.clone(),
-            drifts: self.berth_drifts.clone(),
+            centres: self.berth_centres.clone(),
         }
     }
 
@@ -170,11 +171,10 @@ impl ClothContact {
     pub fn recall(&mut self, memory: ClothMemory) {
         self.last = memory.impulses;
         self.last_h = memory.step;
-        self.candidates.reference.position = memory.position;
-        self.candidates.reference.radius = memory.radius;
+        self.candidates.reference = memory.reference;
         if !self.candidates.reference.position.is_empty() {
             self.candidates.seek(&self.features, &self.laws, false);
-            (self.berths, self.berth_drifts) = (memory.berths, memory.drifts);
+            (self.berths, self.berth_centres) = (memory.berths, memory.centres);
             (0..self.berths.len()).for_each(|b| self.list_nearby(b));
         }
     }

@@ -99,6 +99,8 @@ pub(super) struct Nearby {
     pub rule: u32,
     pub nodes: Vec<NearNode>,
     pub elements: Vec<NearElement>,
+    /// Whether an element of the part, counted from its first, is listed.
+    listed: Vec<bool>,
 }
 
 /// Elements, and nodes, looked at by one task.
@@ -119,41 +121,58 @@ pub(super) struct Ground<'a> {
     pub solid: &'a Solid,
     pub radius: f64,
     pub berth: Berth,
-    /// Mean path of the net since the tree was fitted, m.
-    pub drifted: DVec3,
+    /// Mean place of the net when the body was in its berth, from which the tree's places are counted, m.
+    pub centre: DVec3,
     pub floor: f64,
+}
+
+impl Ground<'_> {
+    /// Whether a box comes within the leash of the body.
+    fn enters(&self, around: &Aabb) -> bool {
+        let pose = Pose { position: self.berth.position, turn: self.berth.turn };
+        let middle = pose.local(around.middle() + self.centre);
+        let room = around.radius() + self.berth.leash + self.floor;
+        middle.length() - self.radius <= room && self.solid.signed_distance(middle) <= room
+    }
 }
 
 impl Nearby {
     pub fn new(body: u32, part: u32, rule: u32) -> Self {
-        Self { body, part, rule, nodes: Vec::new(), elements: Vec::new() }
+        Self { body, part, rule, nodes: Vec::new(), elements: Vec::new(), listed: Vec::new() }
     }
 
     /// Elements whose boxes come within the leash of the body. `place_of` is room: the place in the list of each node.
     pub fn list(&mut self, ground: &Ground<'_>, stack: &mut Vec<u32>, place_of: &mut [u32]) {
-        let Ground { features, tree, solid, berth, .. } = *ground;
-        let pose = Pose { position: berth.position, turn: berth.turn };
-        let enters = |around: &Aabb| {
-            let middle = pose.local(around.middle() + ground.drifted);
-            let room = around.radius() + berth.leash + ground.floor;
-            middle.length() - ground.radius <= room && solid.signed_distance(middle) <= room
-        };
+        let range = &ground.features.parts[self.part as usize];
         self.nodes.clear();
         self.elements.clear();
-        let (nodes, elements) = (&mut self.nodes, &mut self.elements);
-        tree.query(stack, enters, |id| {
-            let corners = features.elements[id as usize].nodes.map(|node| {
-                let at = place_of[node as usize];
-                if nodes.get(at as usize).is_some_and(|known: &NearNode| known.node == node) {
-                    return at;
-                }
-                place_of[node as usize] = nodes.len() as u32;
-                let (start, end) = (DVec3::ZERO, DVec3::ZERO);
-                nodes.push(NearNode { node, start, end, reach: 0.0, floor: Plane::UNKNOWN, near: None });
-                nodes.len() as u32 - 1
-            });
-            elements.push(NearElement { id, corners, floor: Plane::UNKNOWN, distance: None });
+        self.listed.clear();
+        self.listed.resize(range.len(), false);
+        ground.tree.query(stack, |around| ground.enters(around), |id| self.add(ground, id, place_of));
+    }
+
+    /// Adds an element whose box is new, if it comes within the leash of the body.
+    pub fn renew(&mut self, ground: &Ground<'_>, around: &Aabb, id: u32, place_of: &mut [u32]) {
+        let at = (id - ground.features.parts[self.part as usize].start) as usize;
+        if !self.listed[at] && ground.enters(around) {
+            self.add(ground, id, place_of);
+        }
+    }
+
+    fn add(&mut self, ground: &Ground<'_>, id: u32, place_of: &mut [u32]) {
+        let Self { nodes, elements, listed, part, .. } = self;
+        listed[(id - ground.features.parts[*part as usize].start) as usize] = true;
+        let corners = ground.features.elements[id as usize].nodes.map(|node| {
+            let at = place_of[node as usize];
+            if nodes.get(at as usize).is_some_and(|known: &NearNode| known.node == node) {
+                return at;
+            }
+            place_of[node as usize] = nodes.len() as u32;
+            let (start, end) = (DVec3::ZERO, DVec3::ZERO);
+            nodes.push(NearNode { node, start, end, reach: 0.0, floor: Plane::UNKNOWN, near: None });
+            nodes.len() as u32 - 1
         });
+        elements.push(NearElement { id, corners, floor: Plane::UNKNOWN, distance: None });
     }
 
     /// Puts the nodes where they are and where they go in the step.

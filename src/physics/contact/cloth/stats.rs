@@ -61,8 +61,10 @@ pub struct ClothContactStats {
     pub zones: usize,
     /// Features in zones.
     pub zone_nodes: usize,
-    /// Candidates were sought anew.
+    /// All candidates were sought anew.
     pub rebuilt: bool,
+    /// Nodes that left their course, whose candidates were sought again.
+    pub renewed: usize,
     /// Largest overlap at the start of the step, m.
     pub deepest: f64,
     /// Change of place by the last sweep, m.
@@ -85,6 +87,7 @@ impl ClothContactStats {
         self.tests += part.tests;
         self.rounds += part.rounds;
         self.rebuilt |= part.rebuilt;
+        self.renewed += part.renewed;
         self.sweeps = self.sweeps.max(part.sweeps);
         self.seconds.add(&part.seconds);
         self.zones = self.zones.max(part.zones);

@@ -5,8 +5,8 @@ use std::time::Instant;
 use glam::DVec3;
 
 use super::super::stats::RuleTotals;
-use super::candidates::{AHEAD, mean};
 use super::nearby::Ground;
+use super::reference::{Verdict, mean};
 use super::response::{SETTLED, Task, book, gained, solve, take_bodies};
 use super::rows::{Motion, Row};
 use super::shapes::Pose;
@@ -22,6 +22,9 @@ pub(super) struct Net<'a> {
     pub approach: &'a [DVec3],
     pub inverse_mass: &'a [f64],
 }
+
+/// Steps at its present speed that a body's leash allows for.
+const AHEAD: f64 = 16.0;
 
 /// Rounds in which what only ends a little too near gets rows.
 const SOFT_ROUNDS: u32 = 3;
@@ -98,24 +101,39 @@ impl ClothContact {
         }));
     }
 
-    /// Makes the lists anew where they do not hold for this step.
-    fn keep_candidates(&mut self, net: Net<'_>, v: &[DVec3], stats: &mut ClothContactStats, parallel: bool) {
+    /// Makes the lists anew where they do not hold for this step. Returns the pair from which on they are new.
+    fn keep_candidates(&mut self, net: Net<'_>, v: &[DVec3], stats: &mut ClothContactStats, parallel: bool) -> usize {
         let clock = Instant::now();
-        if !self.candidates.hold(net.h, net.position, v) {
-            self.candidates.refer(net.h, net.position, v, self.settings.skin);
-            self.candidates.seek(&self.features, &self.laws, parallel);
-            self.berths.clear();
-            stats.rebuilt = true;
-        }
-        self.keep_nearby(net, v);
+        let Self { candidates, features, laws, settings, distances, .. } = self;
+        let mut stale = std::mem::take(&mut candidates.stale);
+        let verdict = candidates.reference.watch(net.h, net.position, v, &mut stale);
+        candidates.stale = stale;
+        let first_new = match verdict {
+            Verdict::All => candidates.pairs.len(),
+            Verdict::Some => {
+                let (h, x) = (net.h, net.position);
+                let first = candidates.renew(h, x, v, settings.skin, features, laws, distances, parallel);
+                stats.renewed += candidates.stale.len();
+                first
+            }
+            Verdict::None => {
+                candidates.refer(net.h, net.position, v, settings.skin);
+                candidates.seek(features, laws, parallel);
+                self.berths.clear();
+                stats.rebuilt = true;
+                0
+            }
+        };
+        self.keep_nearby(net, v, verdict == Verdict::Some);
         stats.pairs = self.candidates.pairs.len() + self.nearby.iter().map(|near| near.elements.len()).sum::<usize>();
         stats.seconds.candidates += clock.elapsed().as_secs_f64();
+        first_new
     }
 
-    /// Lists what is near bodies anew where the net was listed anew, or where a body left its berth.
-    fn keep_nearby(&mut self, net: Net<'_>, v: &[DVec3]) {
-        let then = &self.candidates.reference.position;
-        let drifted = mean(net.position.iter().zip(then).map(|(x, r)| *x - *r));
+    /// Lists what is near bodies anew where the net was listed anew, or where a body left its berth; else adds what left
+    /// its course.
+    fn keep_nearby(&mut self, net: Net<'_>, v: &[DVec3], renewed: bool) {
+        let centre = mean(net.position.iter().copied());
         let drift = net.h * mean(v.iter().copied());
         let all = self.berths.len() == self.courses.len();
         if !all {
@@ -123,16 +141,19 @@ impl ClothContact {
         }
         for b in 0..self.courses.len() {
             let course = &self.courses[b];
-            if all && self.berths[b].holds(course, drifted - self.berth_drifts[b], drift) {
+            if all && self.berths[b].holds(course, centre - self.berth_centres[b], drift) {
+                if renewed {
+                    self.renew_nearby(b);
+                }
                 continue;
             }
             let berth = Berth::new(course, drift, self.settings.skin, AHEAD);
             if all {
-                (self.berths[b], self.berth_drifts[b]) = (berth, drifted);
+                (self.berths[b], self.berth_centres[b]) = (berth, centre);
             } else {
                 self.berths.push(berth);
-                self.berth_drifts.resize(self.berths.len(), drifted);
-                self.berth_drifts[b] = drifted;
+                self.berth_centres.resize(self.berths.len(), centre);
+                self.berth_centres[b] = centre;
             }
             self.list_nearby(b);
         }
@@ -141,19 +162,39 @@ impl ClothContact {
     /// Lists what is near one body from its berth.
     pub(super) fn list_nearby(&mut self, body: usize) {
         let mut lists = std::mem::take(&mut self.nearby);
+        let mut room = std::mem::take(&mut self.place_of);
+        let mut stack = std::mem::take(&mut self.stack);
         for near in lists.iter_mut().filter(|near| near.body as usize == body) {
-            let ground = Ground {
-                features: &self.features,
-                tree: &self.candidates.trees[near.part as usize],
-                solid: &self.solids[body],
-                radius: self.radii[body],
-                berth: self.berths[body],
-                drifted: self.berth_drifts[body],
-                floor: self.settings.tolerance,
-            };
-            near.list(&ground, &mut self.stack, &mut self.place_of);
+            near.list(&self.ground(near), &mut stack, &mut room);
         }
-        self.nearby = lists;
+        (self.nearby, self.place_of, self.stack) = (lists, room, stack);
+    }
+
+    /// Adds elements that left their course to the list of one body, where they may meet it now.
+    fn renew_nearby(&mut self, body: usize) {
+        let mut lists = std::mem::take(&mut self.nearby);
+        let mut room = std::mem::take(&mut self.place_of);
+        for near in lists.iter_mut().filter(|near| near.body as usize == body) {
+            let ground = self.ground(near);
+            let of_part = &self.features.parts[near.part as usize];
+            for &e in self.candidates.stale_elements.iter().filter(|e| of_part.contains(*e)) {
+                near.renew(&ground, &self.candidates.boxes[e as usize], e, &mut room);
+            }
+        }
+        (self.nearby, self.place_of) = (lists, room);
+    }
+
+    fn ground(&self, near: &Nearby) -> Ground<'_> {
+        let body = near.body as usize;
+        Ground {
+            features: &self.features,
+            tree: &self.candidates.trees[near.part as usize],
+            solid: &self.solids[body],
+            radius: self.radii[body],
+            berth: self.berths[body],
+            centre: self.berth_centres[body],
+            floor: self.settings.tolerance,
+        }
     }
 
     fn scene<'a>(&'a self, net: Net<'a>, velocity: &'a [DVec3], bodies: &'a Bodies) -> Scene<'a> {
@@ -180,7 +221,7 @@ impl ClothContact {
         let clock = Instant::now();
         let mut rows = std::mem::take(&mut self.rows);
         rows.clear();
-        self.measure(net, velocity, Some(&mut rows), stats, parallel);
+        self.measure(net, velocity, 0, Some(&mut rows), stats, parallel);
         let mut nearby = std::mem::take(&mut self.nearby);
         let mut found = std::mem::take(&mut self.found);
         let scene = self.scene(net, velocity, bodies);
@@ -197,20 +238,21 @@ impl ClothContact {
         stats.seconds.narrow += clock.elapsed().as_secs_f64();
     }
 
-    /// Distances of all candidates, and rows of those within reach where they are asked for.
+    /// Distances of all candidates from one on, and rows of those within reach where they are asked for.
     fn measure(
         &mut self,
         net: Net<'_>,
         velocity: &[DVec3],
+        first: usize,
         rows: Option<&mut Vec<Row>>,
         stats: &mut ClothContactStats,
         parallel: bool,
     ) {
         let floor = 0.5 * self.settings.tolerance;
-        let pairs = &self.candidates.pairs;
-        self.distances.resize(pairs.len(), 0.0);
+        self.distances.resize(self.candidates.pairs.len(), 0.0);
+        let pairs = &self.candidates.pairs[first..];
         let place = narrow::Place { features: &self.features, h: net.h, position: net.position, velocity, floor };
-        narrow::measure(&place, pairs, &mut self.distances, &mut self.room, rows, parallel);
+        narrow::measure(&place, pairs, &mut self.distances[first..], &mut self.room, rows, parallel);
         stats.tests += pairs.len();
     }
 
@@ -297,14 +339,9 @@ impl ClothContact {
         parallel: bool,
     ) {
         self.plot_courses(net.h, bodies);
-        let had = stats.rebuilt;
-        stats.rebuilt = false;
-        self.keep_candidates(net, velocity, stats, parallel);
+        let first_new = self.keep_candidates(net, velocity, stats, parallel);
         let clock = Instant::now();
-        if stats.rebuilt {
-            self.measure(net, velocity, None, stats, parallel);
-        }
-        stats.rebuilt |= had;
+        self.measure(net, velocity, first_new, None, stats, parallel);
         let mut room = std::mem::take(&mut self.hit_room);
         let mut hits = std::mem::take(&mut self.hits);
         let mut nearby = std::mem::take(&mut self.nearby);
@@ -458,5 +495,6 @@ impl ClothContact {
         let pressed = self.rows.iter().filter(|row| row.key.round == 0 && row.push > 0.0);
         self.last.extend(pressed.map(|row| (row.key, row.impulse())));
         self.last_h = net.h;
+        self.candidates.reference.time += net.h;
     }
 }

@@ -60,11 +60,18 @@ pub(super) struct Tree {
     pub boxes: Vec<Aabb>,
     /// Elements leaf by leaf.
     pub order: Vec<u32>,
+    /// The branch above each, and the leaf of each element (counted from the part's first).
+    above: Vec<u32>,
+    leaf_of: Vec<u32>,
+    /// Branches over something that is sought again, and a list of them.
+    marks: Vec<bool>,
+    marked: Vec<u32>,
 }
 
 impl Tree {
     /// Splits at the median of the longest extent of the elements' middles.
     pub fn build(elements: Range<u32>, middle: impl Fn(u32) -> DVec3) -> Self {
+        let start = elements.start;
         let mut tree = Self { order: elements.collect(), ..Self::default() };
         let count = tree.order.len();
         if count > 0 {
@@ -73,7 +80,57 @@ impl Tree {
             tree.order = middles.iter().map(|m| m.1).collect();
         }
         tree.boxes = vec![Aabb::NOTHING; tree.branches.len()];
+        tree.marks = vec![false; tree.branches.len()];
+        tree.above = vec![0; tree.branches.len()];
+        tree.leaf_of = vec![0; count];
+        for b in 0..tree.branches.len() as u32 {
+            if tree.is_leaf(b) {
+                let range = tree.branches[b as usize].range.clone();
+                for k in range {
+                    tree.leaf_of[(tree.order[k as usize] - start) as usize] = b;
+                }
+            } else {
+                tree.children(b).into_iter().for_each(|c| tree.above[c as usize] = b);
+            }
+        }
         tree
+    }
+
+    /// Marks all branches over an element, counted from the part's first.
+    pub fn mark(&mut self, element: u32) {
+        let mut b = self.leaf_of[element as usize];
+        while !self.marks[b as usize] {
+            self.marks[b as usize] = true;
+            self.marked.push(b);
+            b = self.above[b as usize];
+        }
+    }
+
+    pub fn unmark(&mut self) {
+        self.marked.iter().for_each(|b| self.marks[*b as usize] = false);
+        self.marked.clear();
+    }
+
+    /// Marked branches, children before parents, once their boxes are made anew.
+    pub fn marked(&self) -> &[u32] {
+        &self.marked
+    }
+
+    /// Boxes of marked branches anew.
+    pub fn refit_marked(&mut self, element: impl Fn(u32) -> Aabb) {
+        self.marked.sort_unstable_by(|a, b| b.cmp(a));
+        for k in 0..self.marked.len() {
+            self.refit_one(self.marked[k], &element);
+        }
+    }
+
+    fn refit_one(&mut self, b: u32, element: &impl Fn(u32) -> Aabb) {
+        self.boxes[b as usize] = if self.is_leaf(b) {
+            self.elements(b).iter().fold(Aabb::NOTHING, |sum, &e| sum.union(element(e)))
+        } else {
+            let [l, r] = self.children(b);
+            self.boxes[l as usize].union(self.boxes[r as usize])
+        };
     }
 
     fn split(&mut self, middles: &mut [(DVec3, u32)], first: u32) {
@@ -116,14 +173,7 @@ impl Tree {
 
     /// Boxes anew from those of the elements, children before parents.
     pub fn refit(&mut self, element: impl Fn(u32) -> Aabb) {
-        for b in (0..self.branches.len() as u32).rev() {
-            self.boxes[b as usize] = if self.is_leaf(b) {
-                self.elements(b).iter().fold(Aabb::NOTHING, |sum, &e| sum.union(element(e)))
-            } else {
-                let [l, r] = self.children(b);
-                self.boxes[l as usize].union(self.boxes[r as usize])
-            };
-        }
+        (0..self.branches.len() as u32).rev().for_each(|b| self.refit_one(b, &element));
     }
 
     /// Elements in leaves that `enters` lets through.
@@ -145,14 +195,15 @@ impl Tree {
         }
     }
 
-    /// Pairs of leaves of two trees whose boxes meet.
-    pub fn pairs(&self, other: &Self, stack: &mut Vec<[u32; 2]>, mut found: impl FnMut(u32, u32)) {
+    /// Pairs of leaves of two trees whose boxes meet; of marked branches only where asked.
+    pub fn pairs(&self, other: &Self, stack: &mut Vec<[u32; 2]>, marked: bool, mut found: impl FnMut(u32, u32)) {
         stack.clear();
         if !self.branches.is_empty() && !other.branches.is_empty() {
             stack.push([0, 0]);
         }
         while let Some([a, b]) = stack.pop() {
-            if !self.boxes[a as usize].meets(&other.boxes[b as usize]) {
+            let left_out = marked && !self.marks[a as usize] && !other.marks[b as usize];
+            if left_out || !self.boxes[a as usize].meets(&other.boxes[b as usize]) {
                 continue;
             }
             match (self.is_leaf(a), other.is_leaf(b)) {
@@ -169,10 +220,11 @@ impl Tree {
     }
 
     /// Pairs of leaves of this tree whose boxes meet, each once, a leaf with itself too. `clear` tells of a branch, or of two
-    /// branches that touch, that nothing in it can meet.
+    /// branches that touch, that nothing in it can meet. Of marked branches only where asked.
     pub fn self_pairs(
         &self,
         stack: &mut Vec<[u32; 2]>,
+        marked: bool,
         mut clear: impl FnMut(u32, u32) -> bool,
         mut found: impl FnMut(u32, u32),
     ) {
@@ -181,6 +233,9 @@ impl Tree {
             stack.push([0, 0]);
         }
         while let Some([a, b]) = stack.pop() {
+            if marked && !self.marks[a as usize] && !self.marks[b as usize] {
+                continue;
+            }
             if a != b && !self.boxes[a as usize].meets(&self.boxes[b as usize]) || clear(a, b) {
                 continue;
             }

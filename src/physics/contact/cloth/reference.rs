@@ -1,0 +1,178 @@
+//! Where each node was expected to go when the pairs around it were sought: straight on at its speed then, seen from the
+//! mean of the net, so that a sheet that falls, or folds slowly while it flies, uses up nothing.
+//!
+//! A list is proved for every state in which each node is within its radius of its course, from the search to the horizon.
+//! A node that leaves its course takes a new one; only pairs with such a node must be sought again.
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use super::features::Features;
+
+/// Courses of all nodes, in the frame of the net's mean; the lists follow from them alone.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Reference {
+    /// Where the course starts (m), its velocity (m/s) and when (s, counted from the last full search).
+    pub position: Vec<DVec3>,
+    pub velocity: Vec<DVec3>,
+    pub since: Vec<f64>,
+    /// How far a node may be from its course, m.
+    pub radius: Vec<f64>,
+    /// Now, and how long the lists hold, s.
+    pub time: f64,
+    pub horizon: f64,
+    /// Steps from a full search to its horizon.
+    pub window: f64,
+}
+
+/// What still holds of the lists.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Verdict {
+    All,
+    /// All but pairs of the nodes that left their course.
+    Some,
+    None,
+}
+
+/// Radius as a share of the element's least width, which costs no candidates in smooth cloth, and the most of it in thin cloth
+/// as a multiple of the skin.
+const SMALL: f64 = 0.06;
+const THICK: f64 = 2.0;
+
+/// A course that lasted fewer steps than the first number doubles the radius, one that lasted more than the second halves it;
+/// the largest radius is that many steps' path and half a skin.
+const SHORT: f64 = 3.0;
+const LONG: f64 = 12.0;
+const AHEAD: f64 = 4.0;
+
+/// Steps from a full search to its horizon at first, at least and at most.
+const WINDOW: f64 = 8.0;
+const WINDOWS: [f64; 2] = [4.0, 16.0];
+
+/// Share of stale nodes beyond which all is sought anew.
+const STALE: usize = 8;
+
+/// What looking for an element's pairs costs beside measuring a pair.
+const SEARCH: f64 = 2.0;
+
+/// Mean of vectors in a fixed order.
+pub(super) fn mean(vectors: impl ExactSizeIterator<Item = DVec3>) -> DVec3 {
+    let count = vectors.len().max(1) as f64;
+    vectors.sum::<DVec3>() / count
+}
+
+impl Reference {
+    /// Where node `n` is expected now, m.
+    #[inline]
+    pub fn place(&self, n: u32) -> DVec3 {
+        let n = n as usize;
+        self.position[n] + (self.time - self.since[n]) * self.velocity[n]
+    }
+
+    /// How it is expected to move from now to the horizon, m.
+    #[inline]
+    pub fn ahead(&self, n: u32) -> DVec3 {
+        (self.horizon - self.time) * self.velocity[n as usize]
+    }
+
+    /// Whether the lists hold for a step of `h` s from `x` with velocities `v`; nodes that left their course go to `stale`.
+    /// Both ends of the step are looked at: node and course go straight between them.
+    pub fn watch(&self, h: f64, x: &[DVec3], v: &[DVec3], stale: &mut Vec<u32>) -> Verdict {
+        stale.clear();
+        if self.position.len() != x.len() || self.time + h > self.horizon {
+            return Verdict::None;
+        }
+        let (centre, drift) = (mean(x.iter().copied()), mean(v.iter().copied()));
+        for n in 0..x.len() {
+            let square = self.radius[n] * self.radius[n];
+            let start = x[n] - centre - self.place(n as u32);
+            let end = start + h * (v[n] - drift - self.velocity[n]);
+            if !(start.length_squared() <= square && end.length_squared() <= square) {
+                stale.push(n as u32);
+            }
+        }
+        match stale.len() {
+            0 => Verdict::All,
+            some if some <= x.len() / STALE => Verdict::Some,
+            _ => Verdict::None,
+        }
+    }
+
+    /// Gives all nodes new courses. `pairs` and `elements` are those of the last search, by which the window is chosen: a
+    /// longer one searches less often and measures more pairs.
+    pub fn refer(&mut self, h: f64, x: &[DVec3], v: &[DVec3], room: &Room<'_>, [pairs, elements]: [usize; 2]) {
+        let first = self.position.len() != x.len();
+        let lasted = if h > 0.0 { self.time / h } else { 0.0 };
+        self.window = if first {
+            WINDOW
+        } else {
+            let balance = SEARCH * elements as f64 / (pairs as f64 * self.window).max(1.0);
+            let wanted = self.window * balance.sqrt().clamp(0.5, 2.0);
+            // There is no use in looking farther than the lists ever last.
+            wanted.min(2.0 * lasted.max(1.0)).clamp(WINDOWS[0], WINDOWS[1])
+        };
+        let (centre, drift) = (mean(x.iter().copied()), mean(v.iter().copied()));
+        let radius = |n: usize| {
+            let age = if first { 0.5 * (SHORT + LONG) * h } else { self.time - self.since[n] };
+            room.radius(n, self.radius.get(n).copied(), h, age, v[n] - drift)
+        };
+        self.radius = (0..x.len()).map(radius).collect();
+        self.position.clear();
+        self.position.extend(x.iter().map(|x| *x - centre));
+        self.velocity.clear();
+        self.velocity.extend(v.iter().map(|v| *v - drift));
+        self.since.clear();
+        self.since.resize(x.len(), 0.0);
+        self.time = 0.0;
+        // A little more than whole steps, or rounding takes the last one away.
+        self.horizon = (self.window + 0.01) * h;
+    }
+
+    /// Gives these nodes new courses.
+    pub fn renew(&mut self, h: f64, x: &[DVec3], v: &[DVec3], room: &Room<'_>, stale: &[u32]) {
+        let (centre, drift) = (mean(x.iter().copied()), mean(v.iter().copied()));
+        for &n in stale {
+            let n = n as usize;
+            let age = self.time - self.since[n];
+            self.radius[n] = room.radius(n, Some(self.radius[n]), h, age, v[n] - drift);
+            self.position[n] = x[n] - centre;
+            self.velocity[n] = v[n] - drift;
+            self.since[n] = self.time;
+        }
+    }
+}
+
+/// What bounds the radii.
+pub(super) struct Room<'a> {
+    /// Least width of the elements at each node, in the material, m.
+    pub width: &'a [f64],
+    pub skin: f64,
+}
+
+impl Room<'_> {
+    fn radius(&self, n: usize, last: Option<f64>, h: f64, age: f64, velocity: DVec3) -> f64 {
+        let small = (SMALL * self.width[n]).min(THICK * self.skin);
+        let most = small.max(0.5 * self.skin + AHEAD * h * velocity.length());
+        let last = last.unwrap_or(small);
+        let wanted = if age < SHORT * h {
+            2.0 * last
+        } else if age > LONG * h {
+            0.5 * last
+        } else {
+            last
+        };
+        wanted.clamp(small, most)
+    }
+}
+
+/// Least width of the elements at each node, in the material, m; infinite at nodes of no element, which touch nothing.
+pub(super) fn widths(features: &Features) -> Vec<f64> {
+    let mut width = vec![f64::INFINITY; features.nodes];
+    for element in &features.elements {
+        let [a, b, c] = element.nodes.map(|n| features.rest[n as usize]);
+        let longest = (b - a).length().max((c - b).length()).max((a - c).length());
+        let least = if element.is_face() { (b - a).cross(c - a).length() / longest } else { longest };
+        element.corners().iter().for_each(|n| width[*n as usize] = width[*n as usize].min(least));
+    }
+    width
+}
