@@ -286,6 +286,7 @@ impl Engine<'_> {
                 self.bodies.inverse_inertia[*body as usize] = DVec3::ZERO;
             }
         }
+        self.stop_fixed_bodies();
     }
 
     /// Velocities that hold from the very start are initial conditions: nobody works for them.

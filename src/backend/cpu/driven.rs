@@ -19,6 +19,17 @@ impl Engine<'_> {
         }
     }
 
+    /// A fixed body moves only while something drives it.
+    pub(super) fn stop_fixed_bodies(&mut self) {
+        for (i, recipe) in self.body_part.recipes.iter().enumerate() {
+            let body = i as u32;
+            let driven = |action: &Action| action.acts() && action.holds_fully() && action.bodies.contains(&body);
+            if recipe.fixed && !self.actions.iter().any(driven) {
+                (self.bodies.velocity[i], self.bodies.spin[i]) = (DVec3::ZERO, DVec3::ZERO);
+            }
+        }
+    }
+
     /// Sets the motion of bodies and books what that takes: the change of their momentum and of their energy of rotation
     /// over the step, less what gravity, air and lines gave them. A fixed body has no momentum to change.
     pub(super) fn set_bodies(&mut self, action: &mut Action, velocity: DVec3, spin: DVec3) {
