@@ -124,6 +124,8 @@ pub struct Timing {
 pub enum Drive {
     /// m/s, a vector tape.
     Velocity(TapeId),
+    /// rad/s, a vector tape: bodies turn about their centres, which stay.
+    Spin(TapeId),
     /// N, a vector tape, shared equally over the nodes.
     Force(TapeId),
     /// N on each yarn end, outward along the yarn: a scalar tape in N/m times the yarn's pitch (m), by node set.

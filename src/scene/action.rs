@@ -21,7 +21,7 @@ pub struct Fix {
     pub during: Option<Given<String>>,
 }
 
-/// Moves or loads nodes.
+/// Moves or loads nodes and bodies.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Pull {
     pub what: Given<Selection>,
@@ -34,12 +34,13 @@ pub struct Pull {
     pub during: Option<Given<String>>,
 }
 
-/// `one of { velocity; force; tension }`: m/s vector, N vector (shared over the selection), or N/m outward along the
-/// yarn per width of edge (each yarn end takes tension × its pitch).
+/// `one of { velocity; spin; force; tension }`: m/s vector, rad/s vector (bodies), N vector (shared over the selection), or
+/// N/m outward along the yarn per width of edge (each yarn end takes tension × its pitch).
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Drive {
     Velocity(Given<Signal>),
+    Spin(Given<Signal>),
     Force(Given<Signal>),
     Tension(Given<Signal>),
 }

@@ -31,6 +31,8 @@ pub struct Action {
 pub enum ActionKind {
     Hold(Axes),
     Velocity(TapeId),
+    /// Of bodies, about their centres, which stay.
+    Spin(TapeId),
     /// Shared equally.
     Force(TapeId),
     /// Outward along the yarn; the widths stand beside the nodes, m.
@@ -68,7 +70,7 @@ impl Action {
 
     /// Whether its nodes have no freedom of their own while it acts.
     pub(super) fn holds_fully(&self) -> bool {
-        matches!(self.kind, ActionKind::Velocity(_) | ActionKind::Hold(Axes([true, true, true])))
+        matches!(self.kind, ActionKind::Velocity(_) | ActionKind::Spin(_) | ActionKind::Hold(Axes([true, true, true])))
     }
 }
 
@@ -84,6 +86,7 @@ pub fn actions(engine: &Engine<'_>) -> Result<Vec<Action>, Refusal> {
             Kernel::Fix { nodes, axes, .. } => (nodes, ActionKind::Hold(*axes)),
             Kernel::Drive { nodes, drive, .. } => match drive {
                 Drive::Velocity(tape) => (nodes, ActionKind::Velocity(*tape)),
+                Drive::Spin(tape) => (nodes, ActionKind::Spin(*tape)),
                 Drive::Force(tape) => (nodes, ActionKind::Force(*tape)),
                 Drive::EndTension { .. } => (nodes, ActionKind::EndTension(followed(drive), Vec::new())),
             },
@@ -283,16 +286,13 @@ impl Engine<'_> {
                 self.bodies.inverse_inertia[*body as usize] = DVec3::ZERO;
             }
         }
+        self.stop_fixed_bodies();
     }
 
     /// Velocities that hold from the very start are initial conditions: nobody works for them.
     pub(super) fn start_held(&mut self) {
         for action in self.actions.iter().filter(|action| action.acts()) {
-            let (velocity, axes) = match &action.kind {
-                ActionKind::Hold(axes) => (DVec3::ZERO, *axes),
-                ActionKind::Velocity(tape) => (self.tapes[tape.0 as usize].components(), Axes([true; 3])),
-                _ => continue,
-            };
+            let Some((velocity, spin, axes)) = self.prescribed(&action.kind) else { continue };
             for (node, _) in &action.nodes {
                 let v = &mut self.chains.velocity[*node as usize];
                 *v = replace(*v, velocity, axes);
@@ -305,7 +305,7 @@ impl Engine<'_> {
                 let i = *body as usize;
                 self.bodies.velocity[i] = replace(self.bodies.velocity[i], velocity, axes);
                 if axes.0 == [true; 3] {
-                    self.bodies.spin[i] = DVec3::ZERO;
+                    self.bodies.spin[i] = spin;
                 }
             }
         }
@@ -317,10 +317,11 @@ impl Engine<'_> {
         for action in actions.iter_mut().filter(|action| action.acts()) {
             action.force = DVec3::ZERO;
             match &action.kind {
-                ActionKind::Hold(Axes([true, true, true])) => self.set_velocity(action, DVec3::ZERO),
-                ActionKind::Velocity(tape) => {
-                    let velocity = self.tapes[tape.0 as usize].components();
-                    self.set_velocity(action, velocity);
+                ActionKind::Hold(Axes([true, true, true])) | ActionKind::Velocity(_) | ActionKind::Spin(_) => {
+                    if let Some((velocity, spin, _)) = self.prescribed(&action.kind) {
+                        self.set_velocity(action, velocity);
+                        self.set_bodies(action, velocity, spin);
+                    }
                 }
                 ActionKind::Hold(axes) => self.hold_axes(action, *axes),
                 // Loads of the net were in its kick.
@@ -356,6 +357,7 @@ impl Engine<'_> {
         for action in actions.iter_mut().filter(|action| action.acts()) {
             match &action.kind {
                 ActionKind::Hold(axes) if axes.0 != [true; 3] => self.hold_axes(action, *axes),
+                ActionKind::Hold(_) | ActionKind::Velocity(_) | ActionKind::Spin(_) => self.book_met(action),
                 ActionKind::Force(_) => {
                     let share = action.force * (self.h / action.count());
                     for (node, part) in &action.net {
@@ -492,18 +494,6 @@ impl Engine<'_> {
             self.net.net.velocity[i] = velocity;
             action.force += impulse / self.h;
             self.book_net_drive(*part, 0.5 * impulse.dot(self.net.before[i] + velocity));
-        }
-        for body in &action.bodies {
-            let i = *body as usize;
-            let before = self.bodies_before[i].0;
-            self.bodies.velocity[i] = velocity;
-            if self.free_body[i].0 > 0.0 {
-                let mass = 1.0 / self.free_body[i].0;
-                let pull = self.net.wrench.get(i).map_or(DVec3::ZERO, |wrench| wrench.force);
-                let impulse = (velocity - before - self.program.gravity * self.h) * mass - pull * self.h;
-                action.force += impulse / self.h;
-                self.ledger.accounts[self.parts.len() + i].now.drives += impulse.dot(0.5 * (before + velocity));
-            }
         }
     }
 

@@ -86,6 +86,14 @@ impl Engine<'_> {
         totals.deepest = totals.deepest.max(stats.overlap);
     }
 
+    /// Impulse (N·s) and its moment about the centre (N·m·s) that contact gave a body in the last step.
+    pub(super) fn met(&self, body: usize) -> [DVec3; 2] {
+        let of_chains = self.touch.as_ref().and_then(|touch| touch.last.body_impulse.get(body));
+        let of_net = self.net_touch.as_ref().and_then(|touch| touch.last.body_impulse.get(body));
+        let sum = |sum: [DVec3; 2], more: &[DVec3; 2]| [sum[0] + more[0], sum[1] + more[1]];
+        of_chains.into_iter().chain(of_net).fold([DVec3::ZERO; 2], sum)
+    }
+
     /// What contact did to a body in the last step, averaged over it, N.
     pub(super) fn contact_force(&self, body: usize) -> DVec3 {
         let impulse = self.touch.as_ref().and_then(|touch| touch.last.body_impulse.get(body));

@@ -3,6 +3,7 @@
 mod actions;
 pub mod blocks;
 mod contact;
+mod driven;
 mod engine;
 mod net;
 mod output;

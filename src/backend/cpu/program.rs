@@ -241,6 +241,6 @@ pub fn timing(kernel: &Kernel) -> Option<&Timing> {
 /// The tape that an action follows, if any.
 pub fn followed(drive: &Drive) -> TapeId {
     match drive {
-        Drive::Velocity(tape) | Drive::Force(tape) | Drive::EndTension { tape, .. } => *tape,
+        Drive::Velocity(tape) | Drive::Spin(tape) | Drive::Force(tape) | Drive::EndTension { tape, .. } => *tape,
     }
 }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::diagnostics::Diagnostic;
-use crate::plan::{Axes, Drive, Kernel, NodeSet, OriginId, PlacedNode, Timing};
+use crate::plan::{Axes, DomainId, Drive, Kernel, NodeSet, OriginId, PlacedNode, Timing};
 use crate::scene::{self, Fix, Given, Item, Pull, SelectStep, Selection, SelectionTerm, Signal};
 
 use super::Maker;
@@ -30,7 +30,7 @@ impl Maker<'_> {
         }
         let of_net = |domain: u32| self.body.domains[domain as usize].recipe.is_net();
         if !nodes.iter().all(|(domain, _)| of_net(*domain)) {
-            let message = format!("`{}` holds yarns, and they are woven where they lie", item.name);
+            let message = format!("`{}` holds yarns or bodies, and they begin where they lie", item.name);
             let found = Diagnostic::error("E0771", message, to.span(), "moves sheets, lines and points alone")
                 .note("Pull them there: `pull` with a `velocity`, until they have arrived.");
             self.diagnostics.push(found);
@@ -55,6 +55,17 @@ impl Maker<'_> {
         let timing = self.timing(item, &pull.at, &pull.delay, &pull.when, pull.until.as_ref(), pull.during.as_ref());
         let drive = match &pull.drive {
             scene::Drive::Velocity(signal) => Drive::Velocity(self.tape(format!("{}.velocity", item.name), signal)),
+            scene::Drive::Spin(signal) => {
+                let bodies = self.bodies_domain().map(|domain| domain.0);
+                if nodes.iter().any(|set| Some(set.domain) != bodies) {
+                    let message = format!("`{}` turns what is no rigid body", item.name);
+                    let found = Diagnostic::error("E0817", message, pull.what.span(), "`spin` turns bodies alone")
+                        .note("Move nodes with a `velocity`, or hold them at a body and turn that.");
+                    self.diagnostics.push(found);
+                    return None;
+                }
+                Drive::Spin(self.tape(format!("{}.spin", item.name), signal))
+            }
             scene::Drive::Force(signal) => Drive::Force(self.tape(format!("{}.force", item.name), signal)),
             scene::Drive::Tension(signal) => {
                 let pitch = self.end_pitches(pull, &nodes)?;
@@ -148,6 +159,9 @@ impl Maker<'_> {
         if let Some(nodes) = self.net_nodes(term) {
             return nodes;
         }
+        if let (Some(Place::Body(body)), Some(domain)) = (self.place_of(term.item), self.bodies_domain()) {
+            return self.whole_body(term, domain, body);
+        }
         let Some(Place::Chains(domain)) = self.place_of(term.item) else {
             let message = format!("`{}` has no nodes to hold or pull", item.name);
             return Err(Box::new(Diagnostic::error("E0805", message, term.span, format!("a {}", item.kind))));
@@ -163,6 +177,28 @@ impl Maker<'_> {
             nodes.retain(|node| holds(filter, unfolded.positions[*node as usize]));
         }
         Ok(vec![(domain.0, nodes)])
+    }
+
+    /// A rigid body is held, moved and turned as a whole.
+    fn whole_body(
+        &self,
+        term: &SelectionTerm,
+        bodies: DomainId,
+        body: u32,
+    ) -> Result<Vec<(u32, Vec<u32>)>, Box<Diagnostic>> {
+        let whole = match term.path.as_slice() {
+            [] => true,
+            [SelectStep::Member(name)] => name == "centre",
+            _ => false,
+        };
+        if whole && term.filter.is_none() {
+            return Ok(vec![(bodies.0, vec![body])]);
+        }
+        let message = format!("this part of `{}` cannot be selected", self.scene.item(term.item).name);
+        Err(Box::new(
+            Diagnostic::error("E0806", message, term.span, "a rigid body goes as a whole")
+                .note("Select the body itself."),
+        ))
     }
 
     /// The width of cloth that each pulled yarn end stands for, m: one per node set.

@@ -335,7 +335,7 @@ impl Engine<'_> {
     fn refuse_contact(&mut self, refused: &Refused) {
         let drives = |action: &&Action| {
             let of_net = action.net.iter().any(|(node, _)| refused.nodes.contains(node));
-            let moves = matches!(action.kind, ActionKind::Velocity(_));
+            let moves = matches!(action.kind, ActionKind::Velocity(_) | ActionKind::Spin(_));
             action.acts() && moves && (of_net || action.bodies.iter().any(|body| refused.bodies.contains(body)))
         };
         // The first body is one that moves, where one does.

@@ -119,11 +119,7 @@ impl Engine<'_> {
         let actions = std::mem::take(&mut self.actions);
         self.net.room.axes.clear();
         for action in actions.iter().filter(|action| action.acts()) {
-            let (velocity, axes) = match &action.kind {
-                ActionKind::Hold(axes) => (DVec3::ZERO, *axes),
-                ActionKind::Velocity(tape) => (self.tapes[tape.0 as usize].components(), Axes([true; 3])),
-                _ => continue,
-            };
+            let Some((velocity, spin, axes)) = self.prescribed(&action.kind) else { continue };
             for (node, part) in &action.net {
                 let i = *node as usize;
                 let before = self.net.net.velocity[i];
@@ -144,7 +140,7 @@ impl Engine<'_> {
                 self.bodies.velocity[i] =
                     DVec3::select(glam::BVec3::from_array(axes.0), velocity, self.bodies.velocity[i]);
                 if axes.0 == [true; 3] {
-                    self.bodies.spin[i] = DVec3::ZERO;
+                    self.bodies.spin[i] = spin;
                 }
                 let work = self.body_kinetic(i) - before;
                 self.ledger.accounts[self.parts.len() + i].now.drives += work;
