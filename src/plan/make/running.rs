@@ -75,7 +75,8 @@ impl Maker<'_> {
     fn static_passes(&mut self, run: &Run, stepping: &Stepping, run_origin: OriginId, order: &mut Order) {
         let settles = Self::is_static(&run.extent);
         if stepping.equilibrium {
-            let reason = "solve = static: Newton on the forces at rest, far cheaper than motion that is damped until it rests";
+            let reason =
+                "solve = static: Newton on the forces at rest, far cheaper than motion that is damped until it rests";
             self.decide("equilibrium", "", true, reason, vec![run_origin]);
             let kernel = Kernel::Equilibrium { residual: run.residual.value };
             order.after.push(self.pass("equilibrium", kernel, &["position"], &["position"], run_origin));
