@@ -75,6 +75,27 @@ impl Tube {
         Self { a, b, tangent, thick: [t0, t1], wide: [w0, w1] }
     }
 
+    /// As [`Tube::tapered`] between two joints: the ends' axes are half way between the segment's own and its neighbours',
+    /// which have no sign. Where neighbours are twisted against each other the section between them grows rounder, up to
+    /// a circle at a right angle, where half way is either way: so a joint never jumps.
+    #[inline]
+    pub fn jointed(a: DVec3, b: DVec3, own: DVec3, neighbours: [Option<DVec3>; 2], sections: [Section; 2]) -> Self {
+        let tangent = (b - a).normalize_or_zero();
+        let across = |u: DVec3| (u - tangent * u.dot(tangent)).normalize_or_zero();
+        let own_across = across(own);
+        let end = |k: usize| {
+            let Some(other) = neighbours[k] else { return axes(tangent, own, sections[k]) };
+            let cosine = own_across.dot(across(other));
+            let rounder = 0.5 * (1.0 - cosine * cosine).powi(2);
+            let near_axis = own + other * 1.0_f64.copysign(own.dot(other));
+            let Section { half_thickness: b, half_width: a } = sections[k];
+            let mix = |x: f64, y: f64| (x * x * (1.0 - rounder) + y * y * rounder).sqrt();
+            axes(tangent, near_axis, Section { half_thickness: mix(b, a), half_width: mix(a, b) })
+        };
+        let [[t0, w0], [t1, w1]] = [end(0), end(1)];
+        Self { a, b, tangent, thick: [t0, t1], wide: [w0, w1] }
+    }
+
     /// Half extents of the sections at both ends along unit `n`, m.
     #[inline]
     pub fn supports(&self, n: DVec3) -> [f64; 2] {
@@ -93,6 +114,12 @@ impl Tube {
             let both = (p * p + q * q) * (self.thick[k].length_squared() + self.wide[k].length_squared());
             if both > 0.0 { (p * p - q * q) / both.sqrt() } else { 0.0 }
         })
+    }
+
+    /// Both end sections' farthest points along `n` from the centreline, m.
+    #[inline]
+    pub fn support_points(&self, n: DVec3) -> [DVec3; 2] {
+        [self.support_point(0, n), self.support_point(1, n)]
     }
 
     /// The end section's farthest point along `n` from the centreline, m.
@@ -290,16 +317,19 @@ pub fn body_gap(tube: &Tube, farthest: impl Fn(DVec3) -> DVec3, start: DVec3, li
 }
 
 /// Times that the two are moved apart anew, along the last normal.
-const SHIFTS: usize = 2;
+const SHIFTS: usize = 6;
 /// Steps of the descent.
-const STEPS: usize = 12;
+const STEPS: usize = 24;
+/// Part of its distance to which the descent is carried.
+const EXACT: f64 = 1e-5;
 
 /// The widest slab between two convex sets, A above B, and its unit normal. `lowest` gives the point of the difference
 /// A − B that lies lowest along a direction; `best` is the first guess with its slab. By the descent of Gilbert, Johnson &
 /// Keerthi (IEEE J. Robot. Autom. 4, 1988): the difference is approached by a simplex of its extreme points.
 fn widest_slab(lowest: impl Fn(DVec3) -> DVec3, mut best: (f64, DVec3), margin: f64, limit: f64) -> (f64, DVec3) {
     for _ in 0..SHIFTS {
-        let shift = best.1 * (margin - best.0).max(0.0);
+        // Apart by enough, they have a distance as they are.
+        let shift = if best.0 > 0.1 * margin { DVec3::ZERO } else { best.1 * (margin - best.0) };
         let (mut simplex, mut count) = ([DVec3::ZERO; 4], 0);
         let mut n = best.1;
         let mut nearest = DVec3::ZERO;
@@ -314,7 +344,7 @@ fn widest_slab(lowest: impl Fn(DVec3) -> DVec3, mut best: (f64, DVec3), margin: 
             }
             let point = point + shift;
             // No point of the difference lies lower along n by more than that.
-            if step > 0 && nearest.length() - point.dot(n) <= 1e-7 * nearest.length() {
+            if step > 0 && nearest.length() - point.dot(n) <= EXACT * nearest.length() {
                 break;
             }
             simplex[count] = point;
@@ -326,7 +356,7 @@ fn widest_slab(lowest: impl Fn(DVec3) -> DVec3, mut best: (f64, DVec3), margin: 
             }
         }
         // Once the normal stays, moving apart along it changed nothing.
-        if n.dot(shift.normalize_or_zero()) > 1.0 - 1e-6 {
+        if shift == DVec3::ZERO || n.dot(shift.normalize_or_zero()) > 1.0 - EXACT {
             break;
         }
     }

@@ -89,12 +89,11 @@ impl Repeat {
         let s = &self.strands[strand];
         let (next, _) = self.next(strand, node);
         let before = if node > s.nodes.start { node - 1 } else { s.nodes.end - 1 };
-        let own = self.thickness_axis[node];
-        let with = |other: DVec3| own + other * 1.0_f64.copysign(own.dot(other));
         let section = |b: f64| Section { half_thickness: b, half_width: s.axes_product / b };
-        let axes = [with(self.thickness_axis[before]), with(self.thickness_axis[next])];
+        let neighbours = [before, next].map(|n| Some(self.thickness_axis[n]));
         let [a, b] = self.ends(strand, node);
-        Tube::tapered(a + shift, b + shift, axes, [node, next].map(|n| section(self.half_thickness[n])))
+        let sections = [node, next].map(|n| section(self.half_thickness[n]));
+        Tube::jointed(a + shift, b + shift, self.thickness_axis[node], neighbours, sections)
     }
 
     /// Pairs of segments near each other, each once.
