@@ -15,6 +15,9 @@ pub struct Closest {
     pub delta: DVec3,
 }
 
+/// Squared sine of the angle between their axes from which neighbouring segments share no section: 39°.
+const APART: f64 = 0.4;
+
 /// Squared sine of the angle below which two segments count as parallel.
 const PARALLEL: f64 = 1e-24;
 
@@ -75,25 +78,18 @@ impl Tube {
         Self { a, b, tangent, thick: [t0, t1], wide: [w0, w1] }
     }
 
-    /// As [`Tube::tapered`] between two joints: the ends' axes are half way between the segment's own and its neighbours',
-    /// which have no sign. Where neighbours are twisted against each other the section between them grows rounder, up to
-    /// a circle at a right angle, where half way is either way: so a joint never jumps.
+    /// As [`Tube::tapered`] between two joints: an end's axis is half way between the segment's own and its neighbour's,
+    /// which have no sign. The neighbour's share fades with the angle between both axes and is gone at [`APART`]: where
+    /// loose ends kink and twist, each segment keeps a section that turns with it as one, and no joint jumps.
     #[inline]
     pub fn jointed(a: DVec3, b: DVec3, own: DVec3, neighbours: [Option<DVec3>; 2], sections: [Section; 2]) -> Self {
-        let tangent = (b - a).normalize_or_zero();
-        let across = |u: DVec3| (u - tangent * u.dot(tangent)).normalize_or_zero();
-        let own_across = across(own);
-        let end = |k: usize| {
-            let Some(other) = neighbours[k] else { return axes(tangent, own, sections[k]) };
-            let cosine = own_across.dot(across(other));
-            let rounder = 0.5 * (1.0 - cosine * cosine).powi(2);
-            let near_axis = own + other * 1.0_f64.copysign(own.dot(other));
-            let Section { half_thickness: b, half_width: a } = sections[k];
-            let mix = |x: f64, y: f64| (x * x * (1.0 - rounder) + y * y * rounder).sqrt();
-            axes(tangent, near_axis, Section { half_thickness: mix(b, a), half_width: mix(a, b) })
+        let axis = |other: Option<DVec3>| {
+            let Some(other) = other else { return own };
+            let cosine = own.dot(other);
+            let share = (1.0 - (1.0 - cosine * cosine) / APART).max(0.0).powi(2);
+            own + other * share.copysign(cosine)
         };
-        let [[t0, w0], [t1, w1]] = [end(0), end(1)];
-        Self { a, b, tangent, thick: [t0, t1], wide: [w0, w1] }
+        Self::tapered(a, b, neighbours.map(axis), sections)
     }
 
     /// Half extents of the sections at both ends along unit `n`, m.

@@ -254,35 +254,27 @@ impl Oracle {
     }
 
     /// The tube of the segment at a place of the list. Its thickness axis is the segment's own; at a joint it is half way
-    /// to that of the neighbour, if the yarn goes on there, and the section is the rounder the more both are twisted
-    /// against each other: with φ the angle between their axes seen along the segment, the squares of its half-axes are
-    /// mixed by ½ sin⁴ φ.
+    /// to that of the neighbour, if the yarn goes on there; with φ the angle between both, the neighbour's counts by
+    /// (1 − 2.5 sin² φ)², from 39° on not at all.
     fn tube(&self, chains: &Chains, place: usize) -> Tube {
         let node = self.segments[place].node;
         let own = chains.thickness_axis[node as usize];
         let goes_on = |other: Option<&Segment>, at: u32| other.is_some_and(|s| s.node == at);
-        let along = (chains.position[node as usize + 1] - chains.position[node as usize]).normalize_or(DVec3::X);
         let shared = |other: usize| {
             let axis = chains.thickness_axis[other];
-            let [p, q] = [own, axis].map(|u| u.reject_from_normalized(along).normalize_or_zero());
-            let round = 0.5 * p.cross(q).length_squared().powi(2);
-            (if own.dot(axis) < 0.0 { own - axis } else { own + axis }, round)
+            let counts = (1.0 - 2.5 * own.cross(axis).length_squared()).max(0.0).powi(2);
+            if own.dot(axis) < 0.0 { own - counts * axis } else { own + counts * axis }
         };
         let before = place.checked_sub(1).and_then(|k| self.segments.get(k));
-        let first = if node > 0 && goes_on(before, node - 1) { shared(node as usize - 1) } else { (own, 0.0) };
+        let first = if node > 0 && goes_on(before, node - 1) { shared(node as usize - 1) } else { own };
         let after = self.segments.get(place + 1);
-        let last = if goes_on(after, node + 1) { shared(node as usize + 1) } else { (own, 0.0) };
+        let last = if goes_on(after, node + 1) { shared(node as usize + 1) } else { own };
         let nodes = [NodeId(node).0 as usize, node as usize + 1];
-        let axes = |k: usize| {
-            let (b, a) = (chains.half_thickness[nodes[k]], half_width(chains, nodes[k]));
-            let share = [first, last][k].1;
-            [a.mul_add(a * share, b * b * (1.0 - share)).sqrt(), b.mul_add(b * share, a * a * (1.0 - share)).sqrt()]
-        };
         Tube {
             ends: ends(&chains.position, node),
-            thickness_axis: [first.0, last.0].map(|axis| axis.normalize_or(own)),
-            half_thickness: [axes(0)[0], axes(1)[0]],
-            half_width: [axes(0)[1], axes(1)[1]],
+            thickness_axis: [first, last].map(|axis| axis.normalize_or(own)),
+            half_thickness: nodes.map(|n| chains.half_thickness[n]),
+            half_width: nodes.map(|n| half_width(chains, n)),
         }
     }
 

@@ -33,7 +33,9 @@ pub(super) struct Task<'a> {
 }
 
 /// Steps over which an overlap beyond the tolerance is parted.
-const PARTING: f64 = 64.0;
+const PARTING: f64 = 16.0;
+/// Tolerances by which it is parted in one step at most.
+const FASTEST: f64 = 4.0;
 /// Times that the touches of an island are linearised anew.
 const ROUNDS: usize = 3;
 
@@ -310,11 +312,11 @@ struct Closing<'a> {
 impl Closing<'_> {
     /// Least normal speed after the step: it may use up the gap. A touch that closes in this step rebounds with the
     /// coefficient of restitution times its approach. An overlap beyond the tolerance parts slowly: over [`PARTING`]
-    /// steps, and by a tolerance per step at most.
+    /// steps, and by [`FASTEST`] tolerances per step at most.
     fn bound(&self, cone: &mut Cone, task: &Task<'_>) {
         let (h, tolerance) = (task.scene.h, task.tolerance);
         if cone.gap < 0.0 {
-            cone.end_gap = cone.gap + ((-cone.gap - tolerance) / PARTING).clamp(0.0, tolerance);
+            cone.end_gap = cone.gap + ((-cone.gap - tolerance) / PARTING).clamp(0.0, FASTEST * tolerance);
         }
         let closes = self.approach < 0.0 && cone.gap + h * self.speed < 0.0;
         if closes && task.restitution && self.law.restitution > 0.0 {

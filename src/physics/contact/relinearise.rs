@@ -69,8 +69,7 @@ impl Room {
         for (row, (r, &k)) in island.yarns.iter().zip(touches).enumerate() {
             let t = &task.yarns[k as usize];
             let Some(law) = task.scene.laws.of_yarns(t.families[0], t.families[1]) else { continue };
-            let speed = r.relative(island.points).dot(r.cone.normal)
-                + r.widening::<FLAT>(island.points, island.shapes);
+            let speed = r.relative(island.points).dot(r.cone.normal) + r.widening::<FLAT>(island.points, island.shapes);
             let promised = r.cone.gap + h * speed;
             let near = r.cone.push > 0.0 || promised < NEAR * task.tolerance;
             if law.variant == ContactVariant::Boxes || r.cone.rebound > 0.0 || !near {
@@ -93,7 +92,9 @@ impl Room {
             let meeting = if t.beside {
                 task.scene.at_places(&a, &b, r.weights[1], -r.weights[3], normal)
             } else {
-                let again = task.scene.meeting(law, &a, &b, || tubes, one_yarn, f64::INFINITY);
+                // Round sections are measured at once; others only as far as to show that the promise was kept.
+                let enough = if directed { promised - FINE * task.tolerance } else { f64::INFINITY };
+                let again = task.scene.meeting(law, &a, &b, || tubes, one_yarn, enough);
                 let Some(meeting) = again else { continue };
                 meeting
             };
@@ -187,7 +188,9 @@ impl Room {
             (r.cone.normal, r.cone.gap) = (f.meeting.normal, f.meeting.gap);
             r.cone.rub -= r.cone.normal * r.cone.rub.dot(r.cone.normal);
             (r.cone.mass, r.cone.mass_across) = r.masses::<FLAT>(island.points, island.shapes);
-            r.cone.aim(h);
+            let before = r.relative_before(island.points).dot(r.cone.normal)
+                + r.widening_before::<FLAT>(island.points, island.shapes);
+            r.cone.aim_again(h, before, task.tolerance);
             r.apply::<FLAT>(island.points, island.shapes, r.cone.impulse(), r.cone.push);
         }
     }
@@ -221,7 +224,9 @@ impl Room {
             (r.cone.normal, r.cone.gap) = (f.meeting.normal, f.meeting.gap);
             r.cone.rub -= r.cone.normal * r.cone.rub.dot(r.cone.normal);
             (r.cone.mass, r.cone.mass_across) = r.masses::<FLAT>(island.points, island.shapes, island.bodies);
-            r.cone.aim(h);
+            let before = r.relative_before(island.points, island.bodies).dot(r.cone.normal)
+                + r.widening_before::<FLAT>(island.points, island.shapes, island.bodies);
+            r.cone.aim_again(h, before, task.tolerance);
             r.apply::<FLAT>(island.points, island.shapes, island.bodies, r.cone.impulse(), r.cone.push);
         }
     }

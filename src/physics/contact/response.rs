@@ -50,6 +50,9 @@ pub(super) struct Cone {
     pub sliding: f64,
 }
 
+/// Tolerances that a touch linearised anew may part by in a step beyond its rebound.
+const AGAIN: f64 = 2.0;
+
 impl Cone {
     /// Change of the normal impulse that the normal speed `vn` asks for.
     #[inline]
@@ -63,6 +66,15 @@ impl Cone {
     /// Takes the target that brings this linearisation to the gap it may end with.
     pub fn aim(&mut self, h: f64) {
         self.target = ((self.end_gap - self.gap) / h).max(self.rebound);
+    }
+
+    /// As [`Cone::aim`] for a touch linearised anew, `before` its normal speed before the response (m/s). A rebound no
+    /// faster than the approach takes no energy from anywhere; beyond that only [`AGAIN`] tolerances a step are asked for,
+    /// and the rest of an overlap that nobody foresaw parts slowly in later steps.
+    pub fn aim_again(&mut self, h: f64, before: f64, tolerance: f64) {
+        let most = (-before).max(0.0) + AGAIN * tolerance / h;
+        self.aim(h);
+        self.target = self.target.min(most.max(self.rebound));
     }
 
     /// Change of the tangential impulse that the relative velocity `v` asks for, within the cone.
@@ -291,8 +303,8 @@ impl BodyRow {
     fn relax<const FLAT: bool>(&mut self, points: &mut [Point], shapes: &mut [Shape], bodies: &mut [Rigid]) -> f64 {
         let mut most: f64 = 0.0;
         for _ in 0..if FLAT { INNER } else { 1 } {
-            let vn = self.relative(points, bodies).dot(self.cone.normal)
-                + self.widening::<FLAT>(points, shapes, bodies);
+            let vn =
+                self.relative(points, bodies).dot(self.cone.normal) + self.widening::<FLAT>(points, shapes, bodies);
             let push = self.cone.press(vn);
             let press = self.cone.normal * push;
             self.apply::<FLAT>(points, shapes, bodies, press, push);
@@ -370,8 +382,8 @@ impl Island<'_> {
         }
         for r in &*self.yarns {
             let change = r.relative(self.points) - r.relative_before(self.points);
-            let shape = r.widening::<FLAT>(self.points, self.shapes)
-                - r.widening_before::<FLAT>(self.points, self.shapes);
+            let shape =
+                r.widening::<FLAT>(self.points, self.shapes) - r.widening_before::<FLAT>(self.points, self.shapes);
             quadratic += change.dot(r.cone.impulse()) + r.cone.push * shape;
         }
         for r in &*self.with_bodies {
