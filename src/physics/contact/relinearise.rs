@@ -18,6 +18,8 @@ struct Fresh {
     meeting: Meeting,
     slopes: [f64; 4],
     turns: [DVec3; 2],
+    /// Of side A as woven, m.
+    half_thickness: f64,
     /// By how much the gap differs from the promised one, m.
     error: f64,
     /// Place on side A where the step would end, m.
@@ -115,7 +117,8 @@ impl Room {
             } else {
                 [DVec3::ZERO; 2]
             };
-            self.yarns.push(Fresh { row, meeting, slopes, turns, error, place: DVec3::ZERO });
+            let half_thickness = task.scene.laws.families[t.families[0] as usize].half_thickness;
+            self.yarns.push(Fresh { row, meeting, slopes, turns, half_thickness, error, place: DVec3::ZERO });
         }
     }
 
@@ -159,7 +162,9 @@ impl Room {
             let place = a.at[0].lerp(a.at[1], meeting.s) - self.frames[t.j as usize].position;
             let error = meeting.gap - promised;
             let turns = task.scene.turns(&a, meeting.normal, meeting.s);
-            self.bodies.push(Fresh { row, meeting, slopes: [-p, -q, 0.0, 0.0], turns, error, place });
+            let half_thickness = task.scene.laws.families[t.families[0] as usize].half_thickness;
+            let slopes = [-p, -q, 0.0, 0.0];
+            self.bodies.push(Fresh { row, meeting, slopes, turns, half_thickness, error, place });
         }
     }
 
@@ -190,7 +195,7 @@ impl Room {
             (r.cone.mass, r.cone.mass_across) = r.masses::<FLAT>(island.points, island.shapes);
             let before = r.relative_before(island.points).dot(r.cone.normal)
                 + r.widening_before::<FLAT>(island.points, island.shapes);
-            r.cone.aim_again(h, before, task.tolerance);
+            r.cone.aim_again(h, before, f.half_thickness);
             r.apply::<FLAT>(island.points, island.shapes, r.cone.impulse(), r.cone.push);
         }
     }
@@ -226,7 +231,7 @@ impl Room {
             (r.cone.mass, r.cone.mass_across) = r.masses::<FLAT>(island.points, island.shapes, island.bodies);
             let before = r.relative_before(island.points, island.bodies).dot(r.cone.normal)
                 + r.widening_before::<FLAT>(island.points, island.shapes, island.bodies);
-            r.cone.aim_again(h, before, task.tolerance);
+            r.cone.aim_again(h, before, f.half_thickness);
             r.apply::<FLAT>(island.points, island.shapes, island.bodies, r.cone.impulse(), r.cone.push);
         }
     }

@@ -50,8 +50,8 @@ pub(super) struct Cone {
     pub sliding: f64,
 }
 
-/// Tolerances that a touch linearised anew may part by in a step beyond its rebound.
-const AGAIN: f64 = 2.0;
+/// Part of the half-thickness that a touch linearised anew may part by in a step beyond its rebound.
+const AGAIN: f64 = 4e-3;
 
 impl Cone {
     /// Change of the normal impulse that the normal speed `vn` asks for.
@@ -69,10 +69,10 @@ impl Cone {
     }
 
     /// As [`Cone::aim`] for a touch linearised anew, `before` its normal speed before the response (m/s). A rebound no
-    /// faster than the approach takes no energy from anywhere; beyond that only [`AGAIN`] tolerances a step are asked for,
-    /// and the rest of an overlap that nobody foresaw parts slowly in later steps.
-    pub fn aim_again(&mut self, h: f64, before: f64, tolerance: f64) {
-        let most = (-before).max(0.0) + AGAIN * tolerance / h;
+    /// faster than the approach takes no energy from anywhere; beyond that only [`AGAIN`] of the half-thickness `b` (m) a step
+    /// is asked for, and the rest of an overlap that nobody foresaw parts slowly in later steps.
+    pub fn aim_again(&mut self, h: f64, before: f64, b: f64) {
+        let most = (-before).max(0.0) + AGAIN * b / h;
         self.aim(h);
         self.target = self.target.min(most.max(self.rebound));
     }
