@@ -68,6 +68,7 @@ fn a_ply_that_is_pushed_in_is_clean_and_cheap_to_watch() {
             bodies_before: &[],
             chains: &now,
             bodies: &bodies,
+            net: None,
         };
         let began = Instant::now();
         let verdict = oracle.check(&view);
@@ -107,6 +108,7 @@ fn the_same_findings_on_one_and_two_threads() {
                 bodies_before: &[],
                 chains: &now,
                 bodies: &bodies,
+                net: None,
             };
             oracle.check(&view)
         })

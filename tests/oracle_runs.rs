@@ -74,6 +74,7 @@ impl Show {
             bodies_before: &[],
             chains: after,
             bodies,
+            net: None,
         })
     }
 }

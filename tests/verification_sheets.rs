@@ -11,7 +11,7 @@ use ripstop::plan::{
     PointRef, Pressure, Quantity, QuasiSteady, Reading, Recipe, Scheme, SeamLaw, Sink, Timing,
 };
 
-const ALWAYS: Timing = Timing { at: 0.0, delay: 0.0, when: None, until: None };
+const ALWAYS: Timing = Timing { at: 0.0, delay: 0.0, when: None, until: None, during: None };
 
 fn corners(cells: u32) -> Vec<[u32; 2]> {
     let row = cells + 1;
@@ -204,7 +204,7 @@ fn cords_are_cut_hauled_and_broken_with_closed_books() {
         assert!(outcome.ledger.closure() < 1e-3, "{:?}", outcome.ledger);
         outcome
     };
-    let timing = |at: f64| Timing { at, delay: 0.0, when: None, until: None };
+    let timing = |at: f64| Timing { at, delay: 0.0, when: None, until: None, during: None };
     let cut = hung(
         None,
         &|draft, line| {

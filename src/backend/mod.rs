@@ -12,8 +12,8 @@ mod tape;
 pub use frame::{BodyFrame, ChainFrame, Family, Frame, LineFrame, PointFrame, SheetFrame, YarnFrame};
 pub use ledger::{Account, Balance, Ledger};
 pub use observe::{
-    BodyEnd, Broken, ContactTotals, Finding, Halt, HaltReason, Judged, Observer, Outcome, Progress, Silent, Start,
-    StepView, Timings, Value, VerifyHook,
+    BodyEnd, Broken, ClothTotals, ContactTotals, Finding, Halt, HaltReason, Judged, NetView, Observer, Outcome,
+    Progress, Silent, Start, StepView, Timings, Value, VerifyHook,
 };
 pub use state::{ActionState, BodyState, NetState, State};
 pub use tape::{Accumulator, Memory, RunningTape};

@@ -4,11 +4,13 @@ use std::time::Duration;
 
 use glam::{DQuat, DVec3};
 
+use super::cpu::StageSpan;
 use super::frame::Frame;
 use super::ledger::Ledger;
 use super::state::State;
+use crate::physics::contact::cloth::{ClothSeconds, ClothSide, Part};
 use crate::physics::{Bodies, Chains};
-use crate::plan::OriginId;
+use crate::plan::{DomainId, OriginId};
 
 /// Known once the plan is unfolded, before the first step.
 #[derive(Clone, Debug)]
@@ -84,6 +86,20 @@ pub struct StepView<'a> {
     /// State at its end (positions, and the velocities that led there).
     pub chains: &'a Chains,
     pub bodies: &'a Bodies,
+    /// Sheets and lines whose contact is watched; None where there are none.
+    pub net: Option<NetView<'a>>,
+}
+
+/// The net in an accepted step: what touches, and where its nodes went.
+pub struct NetView<'a> {
+    /// Places of all nodes before and after the step, and where they lie when nothing is strained or folded, m.
+    pub before: &'a [DVec3],
+    pub after: &'a [DVec3],
+    pub rest: &'a [DVec3],
+    /// What can touch, the domain of each, and the pairs of sides that the scene lets touch.
+    pub parts: &'a [Part],
+    pub domains: &'a [DomainId],
+    pub between: &'a [[ClothSide; 2]],
 }
 
 /// What a verifying hook answers.
@@ -183,6 +199,8 @@ pub struct Outcome {
     pub penetrations: Option<u64>,
     /// Largest axial strain that any segment saw (1).
     pub largest_strain: f64,
+    /// Stages that are over, in turn.
+    pub stages: Vec<StageSpan>,
     pub halt: Option<Halt>,
     /// The last good state.
     pub state: State,
@@ -198,4 +216,21 @@ pub struct ContactTotals {
     pub sweeps: u64,
     /// Largest overlap left after any step, m.
     pub deepest: f64,
+    /// Of sheets, lines and bodies; None where the scene has no such contact.
+    pub cloth: Option<ClothTotals>,
+}
+
+/// Contact of the net and of bodies over the whole run: sums over steps.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ClothTotals {
+    /// Feature pairs in the candidate lists, and distances and continuous tests made.
+    pub pairs: u64,
+    pub tests: u64,
+    /// Most sweeps of an island, and rounds of response and continuous tests.
+    pub sweeps: u64,
+    pub rounds: u64,
+    /// Rigid impact zones, and steps taken in parts.
+    pub zones: u64,
+    pub cut: u64,
+    pub seconds: ClothSeconds,
 }

@@ -3,6 +3,7 @@
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
+use super::cpu::StageSpan;
 use super::ledger::Ledger;
 use super::tape::Memory;
 use crate::physics::Run;
@@ -53,6 +54,9 @@ pub struct State {
     pub penetrations: u64,
     /// Kinetic energy at the last settling check, J.
     pub kinetic_before: f64,
+    /// Stages that are over.
+    #[serde(default)]
+    pub stages: Vec<StageSpan>,
 }
 
 /// How far a fix or pull has come.
@@ -95,4 +99,10 @@ pub struct NetState {
     pub filling: Vec<(f64, f64)>,
     /// Length of the embedded scheme's next own step, s; 0 before the first.
     pub substep: f64,
+    /// Holds of seams that were open and are sewn, by part.
+    #[serde(default)]
+    pub sewn: Vec<(u32, u32)>,
+    /// Holds of seams and ties that have torn, by part.
+    #[serde(default)]
+    pub torn: Vec<(u32, u32)>,
 }

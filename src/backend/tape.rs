@@ -98,6 +98,27 @@ impl Accumulator {
     }
 }
 
+/// What reductions over time take of an evaluation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Take<'a> {
+    /// They only answer.
+    Nothing,
+    /// An accepted step of the run, in this stage where it has stages.
+    Step(Option<&'a str>),
+    /// The start of a stage: only reductions over this stage have not seen it yet.
+    Entry(&'a str),
+}
+
+impl Take<'_> {
+    fn is_for(self, during: Option<&str>) -> bool {
+        match self {
+            Take::Nothing => false,
+            Take::Step(stage) => during.is_none() || during == stage,
+            Take::Entry(stage) => during == Some(stage),
+        }
+    }
+}
+
 /// One tape with its working values. Numbers stand in all three components.
 #[derive(Clone, Debug)]
 pub struct RunningTape {
@@ -132,9 +153,8 @@ impl RunningTape {
         }
     }
 
-    /// Evaluates at `time` (s). `read` gives the outputs; numbers may stand in any component 0. With `accepted`, the
-    /// reductions take the values; without, they only answer.
-    pub fn evaluate(&mut self, tape: &Tape, time: f64, accepted: bool, read: &mut dyn FnMut(&Reading) -> DVec3) {
+    /// Evaluates at `time` (s). `read` gives the outputs; numbers may stand in any component 0.
+    pub fn evaluate(&mut self, tape: &Tape, time: f64, take: Take<'_>, read: &mut dyn FnMut(&Reading) -> DVec3) {
         let mut accumulator = 0;
         for (index, op) in tape.ops.iter().enumerate() {
             let value = match op {
@@ -144,7 +164,7 @@ impl RunningTape {
                     if self.vector[index] { value } else { DVec3::splat(value.x) }
                 }
                 Op::OverTime(reduction) => {
-                    let value = self.reduce(reduction, accumulator, time, accepted);
+                    let value = self.reduce(reduction, accumulator, time, take);
                     accumulator += 1;
                     value
                 }
@@ -154,12 +174,12 @@ impl RunningTape {
         }
     }
 
-    fn reduce(&mut self, reduction: &Reduction, index: usize, time: f64, accepted: bool) -> DVec3 {
+    fn reduce(&mut self, reduction: &Reduction, index: usize, time: f64, take: Take<'_>) -> DVec3 {
         let bound = |slot: &Option<Slot>, otherwise: f64| slot.map_or(otherwise, |slot| self.at(slot).x);
         let (after, before) = (bound(&reduction.after, f64::NEG_INFINITY), bound(&reduction.before, f64::INFINITY));
         let value = self.at(reduction.of);
         let accumulator = &mut self.memory.0[index];
-        if accepted {
+        if take.is_for(reduction.during.as_deref()) {
             accumulator.see(reduction.op, value, time, after, before);
         }
         accumulator.value(reduction.op)
@@ -249,7 +269,7 @@ mod tests {
             Op::Time,
             Op::Number(2.0),
             Op::Binary(BinaryFn::Multiply, Slot(0), Slot(0)),
-            Op::OverTime(Reduction { op, of: Slot(2), after, before: None }),
+            Op::OverTime(Reduction { op, of: Slot(2), after, before: None, during: None }),
         ];
         Tape { name: "t²".into(), ops }
     }
@@ -257,7 +277,7 @@ mod tests {
     fn over_steps(tape: &Tape, steps: u32, h: f64) -> f64 {
         let mut running = RunningTape::new(tape, |_| false);
         for step in 0..=steps {
-            running.evaluate(tape, f64::from(step) * h, true, &mut |_| DVec3::ZERO);
+            running.evaluate(tape, f64::from(step) * h, Take::Step(None), &mut |_| DVec3::ZERO);
         }
         running.components().x
     }
@@ -292,7 +312,7 @@ mod tests {
         ];
         let tape = Tape { name: "norm".into(), ops };
         let mut running = RunningTape::new(&tape, |_| false);
-        running.evaluate(&tape, 0.0, true, &mut |_| DVec3::ZERO);
+        running.evaluate(&tape, 0.0, Take::Step(None), &mut |_| DVec3::ZERO);
         assert!(running.is_true());
         assert_eq!(running.observed(&tape), 10.0);
     }

@@ -67,6 +67,10 @@ fn line_of(plan: &Plan, outcome: &Outcome, feature: Feature) -> Option<(Span, St
             let domain = plan.body.domains.iter().find(|domain| domain.name == *name)?;
             (domain.origin, name.clone())
         }
+        Feature::Net(domain) => {
+            let domain = plan.body.domains.get(domain.0 as usize)?;
+            (domain.origin, domain.name.clone())
+        }
         Feature::Body(body) => {
             let recipe = plan.body.domains.iter().find_map(|domain| match &domain.recipe {
                 Recipe::Bodies(recipes) => recipes.get(body.0 as usize),

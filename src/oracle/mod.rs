@@ -4,6 +4,7 @@
 //! Two questions are asked: (a) swept, every step — did two centrelines meet, or did a centreline enter a body, at any
 //! moment of the step; (b) at chosen steps — how deep do the present sections overlap.
 
+mod cloth;
 mod near;
 mod overlap;
 mod shape;

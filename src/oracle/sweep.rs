@@ -86,7 +86,7 @@ pub fn first_meeting(p: &Motion, q: &Motion, tolerance: f64) -> Option<f64> {
 
 /// Depth-first over halves of 0…1, earlier first: `probe` gives the distance at an interval's middle and the most that it
 /// can change within.
-fn first_in(tolerance: f64, probe: impl Fn(f64, f64) -> (f64, f64)) -> Option<f64> {
+pub(super) fn first_in(tolerance: f64, probe: impl Fn(f64, f64) -> (f64, f64)) -> Option<f64> {
     // 64 halvings reach the last bit of a double, so the stack never holds more.
     let mut stack = [(0.0, 0.0); 66];
     stack[0] = (0.0, 1.0);

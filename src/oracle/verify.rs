@@ -1,5 +1,6 @@
 //! The oracle as the hook that a verified run calls after every accepted step.
 
+use super::cloth::ClothOracle;
 use super::watch::{Oracle, Settings, Totals};
 use crate::backend::{Finding, StepView};
 
@@ -8,18 +9,27 @@ use crate::backend::{Finding, StepView};
 pub struct Verifier {
     settings: Settings,
     oracle: Option<Oracle>,
+    cloth: Option<ClothOracle>,
 }
 
 impl Verifier {
     pub fn new(settings: Settings) -> Self {
-        Self { settings, oracle: None }
+        Self { settings, oracle: None, cloth: None }
     }
 
-    /// Judges one step: centrelines that met are penetrations; overlaps of sections are only kept in [`Totals`].
+    /// Judges one step: centrelines and middle surfaces that met are penetrations; overlaps are only kept in [`Totals`].
     pub fn look(&mut self, view: &StepView<'_>) -> Finding {
         let settings = self.settings;
         let oracle = self.oracle.get_or_insert_with(|| Oracle::starting(view, settings));
-        match oracle.check(view).crossings.len() {
+        let mut crossings = oracle.check(view).crossings.len();
+        if let Some(net) = &view.net {
+            let cloth = self.cloth.get_or_insert_with(|| ClothOracle::starting(view, net, settings));
+            let before = cloth.sweeps;
+            let seen = cloth.check(view, net);
+            crossings += seen.crossings.len();
+            oracle.add_cloth(&seen, cloth.sweeps - before);
+        }
+        match crossings {
             0 => Finding::Fine,
             count => Finding::Penetrations(count as u64),
         }

@@ -4,18 +4,22 @@
 use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 
+use super::cloth::Seen;
 use super::near::{Pair, pairs, swept_box};
 use super::overlap::{Piece, Tube, bounded, least, least_folded};
 use super::shape::excess;
 use super::sweep::{Motion, first_entry, first_meeting, nearest_places, segment_distance};
 use crate::backend::StepView;
 use crate::physics::{Bodies, BodyId, Chains, NodeId, SegmentId};
+use crate::plan::DomainId;
 
-/// What may be passed through: a segment, or a body.
+/// What may be passed through.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Feature {
     Segment(SegmentId),
     Body(BodyId),
+    /// A sheet or a line of the net.
+    Net(DomainId),
 }
 
 /// Two features that passed through each other within a step.
@@ -144,6 +148,18 @@ impl Oracle {
 
     pub fn totals(&self) -> &Totals {
         &self.totals
+    }
+
+    /// Adds what was seen of the net in the same step.
+    pub(super) fn add_cloth(&mut self, seen: &Seen, sweeps: u64) {
+        let totals = &mut self.totals;
+        totals.crossings += seen.crossings.len() as u64;
+        totals.first_crossing = totals.first_crossing.or(seen.crossings.first().copied());
+        totals.most_overlaps = totals.most_overlaps.max(seen.overlaps);
+        totals.sweeps += sweeps;
+        if seen.deepest.map_or(0.0, |d| d.depth) > totals.deepest.map_or(0.0, |d| d.depth) {
+            totals.deepest = seen.deepest;
+        }
     }
 
     /// Judges the motion since the state that was last seen (of one step, where every step is shown) and, where it is due,

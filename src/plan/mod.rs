@@ -26,10 +26,12 @@ pub use domain::{
 pub use hash::of_bytes as hash_bytes;
 pub use make::{MakeOptions, make};
 pub use net::{
-    BendingLaw, CanopyAir, CordLaw, EdgeRef, FabricLaw, Join, MembraneLaw, PointRecipe, PointRef, Pressure,
+    BendingLaw, CanopyAir, CordLaw, EdgeRef, FabricLaw, HeldPair, Join, MembraneLaw, PointRecipe, PointRef, Pressure,
     QuasiSteady, Scheme, SeamLaw, SpringTopology,
 };
-pub use pass::{Axes, ContactRule, ContactSide, ContactVariant, Cost, Drive, Kernel, NetSkin, Pass, PassId, Timing};
+pub use pass::{
+    Axes, ContactRule, ContactSide, ContactVariant, Cost, Drive, Kernel, NetSkin, Pass, PassId, PlacedNode, Timing,
+};
 pub use schedule::Node;
 pub use sink::{Check, Format, PictureView, Sink};
 pub use tape::{Op, Quantity, Reading, Reduction, Slot, Tape, TapeId};

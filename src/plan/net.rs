@@ -105,8 +105,19 @@ pub enum Join {
     Weld { name: String, edges: [EdgeRef; 2], tape: Option<CordLaw>, origin: OriginId },
     /// Edges with different nodes, held by a strip of their own stiffness.
     Sew { name: String, edges: [EdgeRef; 2], law: SeamLaw, origin: OriginId },
+    /// Nodes of the net each held at its distance to another by a stiff spring, which may let go.
+    Hold { name: String, pairs: Vec<HeldPair>, breaks_at: Option<f64>, origin: OriginId },
     /// A node that is the same as another, or that moves with a body.
     Tie { name: String, domain: DomainId, node: u32, to: PointRef, origin: OriginId },
+}
+
+/// Two nodes that a tie holds together: domains with nodes of their own numbering.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HeldPair {
+    pub node: (DomainId, u32),
+    pub to: (DomainId, u32),
+    /// N/m.
+    pub stiffness: f64,
 }
 
 /// The strip between two edges: three nodes wide (Landovskaya & Landovsky): each edge node is held to its foot on the
@@ -119,8 +130,11 @@ pub struct SeamLaw {
     pub stiffness: f64,
     /// N·m.
     pub bending: Option<f64>,
-    /// Force per length that draws the edges together while it acts, N/m.
+    /// Force per length that draws the edges together until they are sewn, N/m; without it they are sewn from the start.
     pub pull: Option<TapeId>,
+    /// Force per length at which it tears, N/m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub strength: Option<f64>,
     pub tape: Option<CordLaw>,
 }
 

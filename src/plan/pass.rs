@@ -48,6 +48,8 @@ pub enum Kernel {
     Drift,
     /// Nodes whose listed axes do not move; their reaction is booked as work of the support (zero).
     Fix { nodes: Vec<NodeSet>, axes: Axes, timing: Timing },
+    /// Puts nodes of the net where they are to be held, along the listed axes, once.
+    Place { places: Vec<PlacedNode>, axes: Axes, timing: Timing },
     /// Nodes that are driven or loaded.
     Drive { nodes: Vec<NodeSet>, drive: Drive, timing: Timing },
     /// Carries each node's thickness axis along with the turning tangent (no spin about the yarn).
@@ -79,6 +81,8 @@ pub enum Kernel {
     QuasiSteady(QuasiSteady),
     /// Parts lines, or sheets along a row of nodes.
     Cut { what: Vec<NodeSet>, timing: Timing },
+    /// Ends another action, by the name of its pass.
+    Release { action: String, timing: Timing },
     /// Rest length over the first rest length (1), a scalar tape.
     Stretch { domains: Vec<DomainId>, tape: TapeId, timing: Timing },
     /// Takes the whole step of the net and of bodies in place of kick and drift.
@@ -89,11 +93,20 @@ pub enum Kernel {
     Ledger,
 }
 
+/// A node of a domain, and where it is put, m.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlacedNode {
+    pub domain: u32,
+    pub node: u32,
+    pub to: [f64; 3],
+}
+
 /// Which of x, y, z.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Axes(pub [bool; 3]);
 
-/// When an action acts: from the first step with t ≥ at at which `when` held, plus `delay`, until `until` holds.
+/// When an action acts: from the first step with t ≥ at at which `when` held, plus `delay`, until `until` holds. With
+/// `during`, in the stage of that name alone, and t is counted from its start.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Timing {
     /// s.
@@ -102,6 +115,8 @@ pub struct Timing {
     /// None: from `at` on.
     pub when: Option<TapeId>,
     pub until: Option<TapeId>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub during: Option<String>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -35,8 +35,11 @@ pub enum Node {
         tape: TapeId,
         then: Box<Node>,
     },
+    /// A span of the run: its child repeats until its time is over or the tape is true.
     Stage {
         name: String,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        until: Option<TapeId>,
         each: Box<Node>,
     },
     Remesh(Vec<PassId>),

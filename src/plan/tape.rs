@@ -85,8 +85,10 @@ pub enum Quantity {
     Axis,
     /// m (vector): where a canopy's lines meet.
     Confluence,
-    /// m: the largest distance between the edges of a seam.
+    /// m: the largest distance between the edges of a seam beyond its width.
     Gap,
+    /// N: the largest force of what a tie, or a seam, holds.
+    HoldingForce,
     /// m: height (z) of the lowest and of the highest node.
     Lowest,
     Highest,
@@ -103,4 +105,7 @@ pub struct Reduction {
     /// s.
     pub after: Option<Slot>,
     pub before: Option<Slot>,
+    /// Name of the stage whose steps alone it sees.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub during: Option<String>,
 }

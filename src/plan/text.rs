@@ -89,6 +89,7 @@ impl Plan {
             Node::Run { step, duration, most_steps, each } => {
                 let until = match duration {
                     Some(duration) => format!("for {} us", duration * 1e6),
+                    None if depth > 1 => "until the stage ends".to_string(),
                     None => "until it settles".to_string(),
                 };
                 within(
@@ -109,7 +110,12 @@ impl Plan {
             Node::When { tape, then } => {
                 within(format!("when {}", self.body.tapes[tape.0 as usize].name), &[then], out);
             }
-            Node::Stage { name, each } => within(format!("stage {name}"), &[each], out),
+            Node::Stage { name, until, each } => {
+                let until = until.map_or_else(String::new, |tape| {
+                    format!(", until {} holds", self.body.tapes[tape.0 as usize].name)
+                });
+                within(format!("stage {name}{until}"), &[each], out);
+            }
             Node::Remesh(_) => line(out, depth, "remesh"),
             Node::Exchange => line(out, depth, "exchange"),
             Node::Commit => line(out, depth, "commit"),
@@ -191,6 +197,7 @@ impl Plan {
 fn settles(node: &Node) -> bool {
     match node {
         Node::Run { duration, .. } => duration.is_none(),
+        Node::Stage { each, .. } => settles(each),
         Node::Seq(nodes) => nodes.iter().any(settles),
         _ => false,
     }
@@ -206,6 +213,7 @@ fn detail(kernel: &Kernel) -> String {
             let count: u32 = nodes.iter().flat_map(|set| &set.ranges).map(|[from, to]| to - from).sum();
             format!("{count} nodes")
         }
+        Kernel::Place { places, .. } => format!("{} nodes", places.len()),
         Kernel::Candidates { skin } => format!("skin {:.4} mm", skin * 1e3),
         Kernel::Contact { rules, sweeps, tolerance } => {
             format!("{} rules, at most {sweeps} sweeps, to {:.4} um", rules.len(), tolerance * 1e6)
@@ -219,6 +227,7 @@ fn detail(kernel: &Kernel) -> String {
             let count: u32 = what.iter().flat_map(|set| &set.ranges).map(|[from, to]| to - from).sum();
             format!("{count} nodes")
         }
+        Kernel::Release { action, .. } => format!("ends {action}"),
         Kernel::Stretch { domains, .. } => format!("{} lines", domains.len()),
         Kernel::Integrate(scheme) => format!("{scheme:?}"),
         Kernel::Equilibrium { residual } => format!("to {residual} of the largest force"),

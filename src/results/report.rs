@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::progress::{seconds, significant};
-use super::summary::{Check, Penetration, Summary};
+use super::summary::{Check, ClothCost, Penetration, Summary};
 
 /// The table, with a newline at its end.
 pub fn table(summary: &Summary) -> String {
@@ -11,6 +11,11 @@ pub fn table(summary: &Summary) -> String {
     let mut row = |name: &str, value: String| rows.push((name.to_owned(), value));
     row("wall time", wall(summary));
     row("simulated", format!("{} in {} steps", seconds(summary.time), grouped(summary.steps)));
+    for stage in &summary.stages {
+        let how = if stage.by_condition { "its condition held" } else { "its time was over" };
+        let length = seconds(stage.to - stage.from);
+        row("stage", format!("{}: {length} in {}, {how}", stage.name, count(stage.steps, "step")));
+    }
     row("step", format!("{}, set by {}", seconds(summary.step), summary.step_set_by));
     row("speed", format!("{} node-steps/s ({} nodes)", large(summary.node_steps_per_second), grouped(summary.nodes)));
     let energy = &summary.energy;
@@ -28,6 +33,11 @@ pub fn table(summary: &Summary) -> String {
                 100.0 * contact.time_share
             ),
         );
+    }
+    if let Some(cost) = &contact.cloth {
+        for (name, value) in cloth_contact(cost, summary.steps) {
+            row(name, value);
+        }
     }
     for (name, value) in penetration(&summary.penetration) {
         row(name, value);
@@ -74,6 +84,25 @@ fn wall(summary: &Summary) -> String {
     let share = |s: f64| format!("{:.0} %", 100.0 * s / summary.wall_seconds.max(1e-300));
     let parts: Vec<String> = groups.iter().take(4).map(|(name, s)| format!("{name} {}", share(*s))).collect();
     if parts.is_empty() { total } else { format!("{total} ({})", parts.join(", ")) }
+}
+
+/// What contact of sheets, lines and bodies cost, a step.
+fn cloth_contact(cost: &ClothCost, steps: u64) -> Vec<(&'static str, String)> {
+    let per_step = |n: u64| significant(n as f64 / steps.max(1) as f64);
+    let [candidates, distances, impulses, continuous, zones] = cost.seconds.map(|s| seconds(s / steps.max(1) as f64));
+    let counts = format!(
+        "{} pairs, {} tests, {} rounds of {} sweeps a step; {}, {} taken in parts",
+        per_step(cost.pairs),
+        per_step(cost.tests),
+        per_step(cost.rounds),
+        per_step(cost.sweeps),
+        count(cost.zones, "rigid zone"),
+        count(cost.cut_steps, "step"),
+    );
+    let times = format!(
+        "{candidates} candidates, {distances} distances, {impulses} impulses, {continuous} continuous tests, {zones} zones a step"
+    );
+    vec![("contact of cloth", counts), ("contact of cloth", times)]
 }
 
 fn penetration(found: &Penetration) -> Vec<(&'static str, String)> {

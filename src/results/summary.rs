@@ -4,7 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::progress::significant;
 
-use crate::backend::{Outcome, State};
+use crate::backend::cpu::StageSpan;
+use crate::backend::{ClothTotals, Outcome, State};
 use crate::oracle::{Crossing, Deepest, Feature, Totals};
 use crate::plan::{OriginId, Plan, Sink};
 use crate::scene::Shown;
@@ -33,6 +34,9 @@ pub struct Summary {
     pub step: f64,
     /// What set the step: the part and its line; empty where the scene said it.
     pub step_set_by: String,
+    /// Stages that are over, in turn; empty without stages.
+    #[serde(default)]
+    pub stages: Vec<StageSpan>,
     pub nodes: u64,
     pub node_steps: u64,
     pub node_steps_per_second: f64,
@@ -73,6 +77,37 @@ pub struct Contact {
     pub deepest_left: f64,
     /// Part of the wall time (1).
     pub time_share: f64,
+    /// Of sheets, lines and bodies, where there is any.
+    #[serde(default)]
+    pub cloth: Option<ClothCost>,
+}
+
+/// What contact of sheets, lines and bodies cost: sums over steps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ClothCost {
+    pub pairs: u64,
+    pub tests: u64,
+    pub sweeps: u64,
+    pub rounds: u64,
+    pub zones: u64,
+    pub cut_steps: u64,
+    /// Seconds: candidates, distances, impulses, continuous tests, zones.
+    pub seconds: [f64; 5],
+}
+
+impl From<ClothTotals> for ClothCost {
+    fn from(of: ClothTotals) -> Self {
+        let s = of.seconds;
+        Self {
+            pairs: of.pairs,
+            tests: of.tests,
+            sweeps: of.sweeps,
+            rounds: of.rounds,
+            zones: of.zones,
+            cut_steps: of.cut,
+            seconds: [s.candidates, s.narrow, s.response, s.sweep, s.zones],
+        }
+    }
 }
 
 /// What the oracle found.
@@ -173,6 +208,7 @@ impl Summary {
             steps: outcome.steps,
             step: outcome.step,
             step_set_by: step_set_by(plan, outcome.step),
+            stages: outcome.stages.clone(),
             nodes: extras.nodes,
             node_steps: outcome.node_steps,
             node_steps_per_second: rate,
@@ -191,6 +227,7 @@ impl Summary {
                 sweeps: outcome.contact.sweeps,
                 rebuilds: outcome.contact.rebuilds,
                 deepest_left: outcome.contact.deepest,
+                cloth: outcome.contact.cloth.map(ClothCost::from),
                 time_share: if wall > 0.0 { group("contact") / wall } else { 0.0 },
             },
             penetration: penetration(plan, &outcome.state, extras.verified),
@@ -286,7 +323,7 @@ fn penetration(plan: &Plan, state: &State, verified: Option<&Totals>) -> Penetra
 pub fn crossing(plan: &Plan, state: &State, found: &Crossing) -> String {
     let half = |feature: &Feature| match feature {
         Feature::Segment(segment) => state.half_thickness.get(segment.0 as usize).copied().unwrap_or(0.0),
-        Feature::Body(_) => 0.0,
+        Feature::Body(_) | Feature::Net(_) => 0.0,
     };
     let depth: f64 = found.between.iter().map(half).sum();
     format!("{}, at least {} deep", pair(plan, state, found.between, found.time), super::report::metres(depth))
@@ -313,6 +350,10 @@ fn name(plan: &Plan, state: &State, feature: Feature) -> String {
             let first_yarn = state.runs.iter().find(|run| run.nodes.end > *first).map_or(0, |run| run.yarn.0);
             let start = state.runs.iter().find(|other| other.yarn == run.yarn).map_or(0, |run| run.nodes.start);
             format!("yarn {} of {part} (segment {})", run.yarn.0 - first_yarn, segment.0 - start)
+        }
+        Feature::Net(domain) => {
+            let name = plan.body.domains.get(domain.0 as usize).map(|domain| domain.name.clone());
+            name.unwrap_or_else(|| format!("domain {}", domain.0))
         }
         Feature::Body(body) => {
             let recipes = plan.body.domains.iter().filter_map(|domain| match &domain.recipe {

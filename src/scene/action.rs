@@ -10,11 +10,15 @@ pub struct Fix {
     pub what: Given<Selection>,
     /// Which of x, y, z are held.
     pub axes: Given<[bool; 3]>,
+    /// Where each is put as it begins, m.
+    pub to: Option<Given<Vec<[f64; 3]>>>,
     /// s.
     pub at: Given<f64>,
     pub delay: Given<f64>,
     pub when: Given<Signal>,
     pub until: Option<Given<Signal>>,
+    /// Name of a stage.
+    pub during: Option<Given<String>>,
 }
 
 /// Moves or loads nodes.
@@ -26,6 +30,8 @@ pub struct Pull {
     pub delay: Given<f64>,
     pub when: Given<Signal>,
     pub until: Option<Given<Signal>>,
+    /// Name of a stage.
+    pub during: Option<Given<String>>,
 }
 
 /// `one of { velocity; force; tension }`: m/s vector, N vector (shared over the selection), or N/m outward along the
@@ -70,6 +76,8 @@ pub struct Push {
     pub delay: Given<f64>,
     pub when: Given<Signal>,
     pub until: Option<Given<Signal>>,
+    /// Name of a stage.
+    pub during: Option<Given<String>>,
 }
 
 /// `one of { pressure; force }`: Pa along the normal, or N shared over the selection.
@@ -88,6 +96,21 @@ pub struct Cut {
     pub delay: Given<f64>,
     pub when: Given<Signal>,
     pub until: Option<Given<Signal>>,
+    /// Name of a stage.
+    pub during: Option<Given<String>>,
+}
+
+/// Ends another action.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Release {
+    /// The action's name.
+    pub what: Given<String>,
+    /// s.
+    pub at: Given<f64>,
+    pub delay: Given<f64>,
+    pub when: Given<Signal>,
+    pub until: Option<Given<Signal>>,
+    pub during: Option<Given<String>>,
 }
 
 /// Changes rest lengths.
@@ -100,4 +123,6 @@ pub struct Stretch {
     pub delay: Given<f64>,
     pub when: Given<Signal>,
     pub until: Option<Given<Signal>>,
+    /// Name of a stage.
+    pub during: Option<Given<String>>,
 }

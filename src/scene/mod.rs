@@ -11,16 +11,18 @@ mod sheet;
 mod signal;
 mod solid;
 
-pub use action::{Contact, ContactModel, Cut, Drive, Fix, Load, Pull, Push, Stretch};
+pub use action::{Contact, ContactModel, Cut, Drive, Fix, Load, Pull, Push, Release, Stretch};
 pub use fabric::{
     Both, Break, CellSource, Compaction, Draft, Extent, Fibre, Flattening, Friction, Pattern, Scatter, Strand,
     Strength, Threads, Weave, Yarn, YarnSize,
 };
 pub use given::{Given, How, Origin};
-pub use running::{Expect, Extents, Integrator, Picture, Precision, Probe, Record, Recorded, Run, Shown, Step, View};
+pub use running::{
+    Expect, Extents, Integrator, Picture, Precision, Probe, Record, Recorded, Run, Shown, Stage, Step, View,
+};
 pub use sheet::{
     Air, Canopy, Cell, Cloth, ClothModel, Cord, CordPull, Fabric, Flow, ForceAtStrain, Gas, GasAmount, Gore, Line,
-    Outline, Permeability, Seam, Spot, Start, Stiffness, Topology, Way,
+    Outline, Permeability, Seam, Spot, Start, Stiffness, Tie, Topology, Way,
 };
 pub use signal::{BinaryFn, PartsOp, Read, SelectStep, Selection, SelectionTerm, Signal, TimeOp, UnaryFn, Window};
 pub use solid::{Body, Mass, Shape};
@@ -94,6 +96,7 @@ pub enum ItemBody {
     Cloth(Cloth),
     Gore(Gore),
     Seam(Seam),
+    Tie(Tie),
     Line(Line),
     Canopy(Canopy),
     Air(Air),
@@ -103,6 +106,8 @@ pub enum ItemBody {
     Fix(Fix),
     Pull(Pull),
     Contact(Contact),
+    Release(Release),
+    Stage(Stage),
     Run(Run),
     Record(Record),
     Picture(Picture),

@@ -22,7 +22,7 @@ pub struct Run {
     pub precision: Given<Precision>,
 }
 
-/// `one of { duration; stages; solve }`: seconds, or a static equilibrium; stages wait.
+/// `one of { duration; stages; solve }`: seconds, spans of the run in turn, or a static equilibrium.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Extents {
@@ -30,8 +30,18 @@ pub enum Extents {
     /// `solve = static`
     #[serde(rename = "solve")]
     Static(Given<bool>),
-    /// `stages = [sew, drop]`: by name; nothing runs them yet.
+    /// `stages = [sew, drop]`: by name.
     Stages(Given<Vec<String>>),
+}
+
+/// A span of a run with its own loads.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Stage {
+    /// s.
+    pub duration: Option<Given<f64>>,
+    pub until: Option<Given<Signal>>,
+    /// m/s²; the run's where there is none.
+    pub gravity: Option<Given<[f64; 3]>>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

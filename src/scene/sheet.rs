@@ -190,6 +190,14 @@ pub struct Seam {
     pub pull: Option<Given<Signal>>,
 }
 
+/// Nodes held to the nearest of another part.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Tie {
+    pub join: Given<[Selection; 2]>,
+    /// N.
+    pub breaks_at: Option<Given<f64>>,
+}
+
 /// A cord between places.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Line {

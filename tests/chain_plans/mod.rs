@@ -14,7 +14,7 @@ pub struct Draft {
     pub body: Body,
 }
 
-pub const ALWAYS: Timing = Timing { at: 0.0, delay: 0.0, when: None, until: None };
+pub const ALWAYS: Timing = Timing { at: 0.0, delay: 0.0, when: None, until: None, during: None };
 
 /// A yarn from its modulus (Pa), density (kg/m³) and linear density (kg/m).
 pub fn law(name: &str, modulus: f64, density: f64, linear_density: f64) -> YarnLaw {

@@ -256,7 +256,7 @@ impl World {
                 self.pool.as_ref(),
             );
             self.contact = Some(contact);
-            if let Some(refused) = stats.refused {
+            if let Some(refused) = stats.refused.as_ref() {
                 self.refusals += 1;
                 (self.velocity, self.bodies) = (v, bodies);
                 next = h * (0.5 * refused.share_of_step).clamp(0.1, 0.5);

@@ -8,7 +8,7 @@ use super::net::Cuts;
 use super::program::{followed, timing};
 use crate::backend::state::ActionState;
 use crate::physics::axial::{ChainView, force_on};
-use crate::plan::{Axes, DomainId, Drive, Kernel, NodeSet, Pass, TapeId, Timing};
+use crate::plan::{Axes, DomainId, Drive, Kernel, NodeSet, Pass, PlacedNode, TapeId, Timing};
 
 /// One `fix` or `pull` at run time.
 #[derive(Debug)]
@@ -46,6 +46,13 @@ pub enum ActionKind {
     Pressure {
         tape: TapeId,
         parts: Vec<usize>,
+    },
+    /// Ends the action of this index.
+    Release(usize),
+    /// Puts nodes of the net to these places (m), once.
+    Place {
+        to: Vec<(u32, DVec3)>,
+        axes: Axes,
     },
 }
 
@@ -87,6 +94,10 @@ pub fn actions(engine: &Engine<'_>) -> Result<Vec<Action>, Refusal> {
                 (&[], ActionKind::Stretch { tape: *tape, parts: parts_of(engine, domains, pass)? })
             }
             Kernel::Cut { what, .. } => (&[], ActionKind::Cut(engine.net.cuts(what, pass)?)),
+            Kernel::Place { places, axes, .. } => {
+                (&[], ActionKind::Place { to: placed(engine, places, pass)?, axes: *axes })
+            }
+            Kernel::Release { action, .. } => (&[], ActionKind::Release(released(engine, action, pass)?)),
             _ => continue,
         };
         let (mut nodes, mut bodies, mut net) = (Vec::new(), Vec::new(), Vec::new());
@@ -141,6 +152,27 @@ pub fn actions(engine: &Engine<'_>) -> Result<Vec<Action>, Refusal> {
     Ok(actions)
 }
 
+/// Nodes of the net with the places that they are put to.
+fn placed(engine: &Engine<'_>, places: &[PlacedNode], pass: &Pass) -> Result<Vec<(u32, DVec3)>, Refusal> {
+    let one = |place: &PlacedNode| {
+        let part = engine.net.part_of_domain(place.domain);
+        let part = part.ok_or_else(|| {
+            Refusal::new(format!("`{}` acts on a part that is not in the plan", pass.name), Some(pass.origin))
+        })?;
+        Ok((engine.net.held_node(part, place.node, pass)?.0, DVec3::from_array(place.to)))
+    };
+    places.iter().map(one).collect()
+}
+
+/// The index among the actions of the one that a pass ends.
+fn released(engine: &Engine<'_>, name: &str, pass: &Pass) -> Result<usize, Refusal> {
+    let passes = &engine.plan.body.passes;
+    let found = engine.program.actions.iter().position(|index| passes[*index].name == name);
+    found.ok_or_else(|| {
+        Refusal::new(format!("`{}` ends `{name}`, which is not in the plan", pass.name), Some(pass.origin))
+    })
+}
+
 /// Parts of the net by their domains.
 fn parts_of(engine: &Engine<'_>, domains: &[DomainId], pass: &Pass) -> Result<Vec<usize>, Refusal> {
     let parts: Option<Vec<usize>> = domains.iter().map(|domain| engine.net.part_of_domain(domain.0)).collect();
@@ -165,23 +197,70 @@ impl Engine<'_> {
             let is_true = |tape: &Option<TapeId>, none: bool| {
                 tape.as_ref().map_or(none, |tape| self.tapes[tape.0 as usize].is_true())
             };
-            if action.state == ActionState::Waiting && now >= action.timing.at && is_true(&action.timing.when, true) {
+            let before = action.state;
+            let began = if action.timing.during.is_some() { self.staging.began } else { 0.0 };
+            if action.timing.during.is_some() && action.timing.during != self.staging.name {
+                // Its stage has not come, or is over.
+                if before != ActionState::Waiting {
+                    action.state = ActionState::Over;
+                }
+                changed |= action.state != before;
+                continue;
+            }
+            if before == ActionState::Waiting && now >= began + action.timing.at && is_true(&action.timing.when, true) {
                 action.state = ActionState::Triggered(self.time);
             }
             if let ActionState::Triggered(at) = action.state
                 && now >= at + action.timing.delay
             {
                 action.state = ActionState::Acting;
-                changed = true;
             }
             if action.state == ActionState::Acting && is_true(&action.timing.until, false) {
                 action.state = ActionState::Over;
-                changed = true;
             }
+            changed |= action.state != before;
         }
+        changed |= self.release();
+        self.put_in_place();
         if changed {
             self.hold_what_is_held();
         }
+    }
+
+    /// Puts nodes where fixes want them that begin now. What that stores is work of the fix, unless the run begins so.
+    fn put_in_place(&mut self) {
+        let mut actions = std::mem::take(&mut self.actions);
+        for action in actions.iter_mut().filter(|action| action.acts()) {
+            let ActionKind::Place { to, axes } = &action.kind else { continue };
+            let before = self.net.elements.stored(&self.net.net.position);
+            for (node, place) in to {
+                let x = &mut self.net.net.position[*node as usize];
+                *x = replace(*x, *place, *axes);
+            }
+            action.state = ActionState::Over;
+            self.net.memory.earlier.clear();
+            self.net.room.known = false;
+            if let (Some((node, _)), true) = (to.first(), self.step > 0) {
+                let stored = self.net.elements.stored(&self.net.net.position) - before;
+                let owner = self.net.owner(*node);
+                self.book_net_drive(owner, stored);
+            }
+        }
+        self.actions = actions;
+    }
+
+    /// Ends what releases end whose time has come; true where something ended.
+    fn release(&mut self) -> bool {
+        let mut released = false;
+        for index in 0..self.actions.len() {
+            if let (ActionKind::Release(target), true) = (&self.actions[index].kind, self.actions[index].acts()) {
+                let target = *target;
+                self.actions[target].state = ActionState::Over;
+                self.actions[index].state = ActionState::Over;
+                released = true;
+            }
+        }
+        released
     }
 
     /// Gives every node and body the inverse mass that the acting holds leave it.
@@ -245,7 +324,11 @@ impl Engine<'_> {
                 }
                 ActionKind::Hold(axes) => self.hold_axes(action, *axes),
                 // Loads of the net were in its kick.
-                ActionKind::Pressure { .. } | ActionKind::Cut(_) | ActionKind::Stretch { .. } => {}
+                ActionKind::Pressure { .. }
+                | ActionKind::Cut(_)
+                | ActionKind::Stretch { .. }
+                | ActionKind::Place { .. }
+                | ActionKind::Release(_) => {}
                 ActionKind::Force(tape) => {
                     let count = action.count();
                     let share = self.tapes[tape.0 as usize].components() / count;

@@ -10,6 +10,7 @@ use super::contact::Touch;
 use super::net::{self, NetRun};
 use super::program::{self, Program};
 use super::readings::{self, Source};
+use super::stages::Staging;
 use super::unfold::{BodyPart, Inputs, Part, unfold};
 use crate::backend::ledger::{Account, Ledger};
 use crate::backend::observe::{ContactTotals, Halt};
@@ -60,6 +61,7 @@ pub struct Engine<'p> {
     pub(super) contact_totals: ContactTotals,
     pub(super) watch: Watch,
     pub(super) halt: Option<Halt>,
+    pub(super) staging: Staging,
 }
 
 /// Room for the breaking pass, kept between steps.
@@ -118,6 +120,7 @@ impl<'p> Engine<'p> {
             contact_totals: ContactTotals::default(),
             watch: watch(plan),
             halt: None,
+            staging: Staging::default(),
             body_part: unfolded.body_part,
             program,
             chains,
@@ -256,6 +259,7 @@ impl<'p> Engine<'p> {
             largest_strain: self.largest_strain,
             penetrations: self.penetrations,
             kinetic_before: self.kinetic_before,
+            stages: self.staging.over.clone(),
         }
     }
 
@@ -297,6 +301,7 @@ impl<'p> Engine<'p> {
         self.largest_strain = state.largest_strain;
         self.penetrations = state.penetrations;
         self.kinetic_before = state.kinetic_before;
+        self.staging = Staging::after(&state.stages);
         self.hold_what_is_held();
         Ok(())
     }
@@ -329,6 +334,7 @@ pub(super) fn longest_step(op: &program::Op) -> Option<f64> {
     match op {
         Op::Seq(ops) => ops.iter().filter_map(longest_step).reduce(f64::max),
         Op::Run { step, each, .. } => Some(step / f64::from(substeps(each))),
+        Op::Stage { each, .. } => longest_step(each),
         _ => None,
     }
 }

@@ -10,12 +10,14 @@ mod program;
 mod readings;
 mod run;
 mod settle;
+mod stages;
 mod step;
 mod unfold;
 mod weave;
 
 pub use engine::Engine;
 pub use run::{RunOptions, run};
+pub use stages::StageSpan;
 pub use unfold::Inputs;
 
 use crate::plan::OriginId;

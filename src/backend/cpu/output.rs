@@ -65,6 +65,18 @@ impl Outbox {
         if all && self.written == Some(engine.step) {
             return;
         }
+        self.write(engine, observer, all, all);
+        if all {
+            self.written = Some(engine.step);
+        }
+    }
+
+    /// Between two stages everything is written but the pictures of the end.
+    pub fn emit_between(&mut self, engine: &mut Engine<'_>, observer: &mut dyn Observer) {
+        self.write(engine, observer, true, false);
+    }
+
+    fn write(&mut self, engine: &mut Engine<'_>, observer: &mut dyn Observer, all: bool, ends: bool) {
         let (time, h) = (engine.time, engine.h);
         // A sink is due at the step nearest to its time.
         let reached = |due: f64| time + 0.5 * h >= due;
@@ -84,7 +96,7 @@ impl Outbox {
                 }
                 Sink::Picture { domains, at, .. } => {
                     let now = at.iter().any(|at| (at - time).abs() <= 0.5 * h && time - at < 0.5 * h);
-                    let last = all && at.iter().any(|at| *at > time + 0.5 * h);
+                    let last = ends && at.iter().any(|at| *at > time + 0.5 * h);
                     if (now || last) && (engine.step > 0 || !last) {
                         observer.frame(index, &engine.frame(domains));
                     }
@@ -94,9 +106,6 @@ impl Outbox {
             if due {
                 advance(&mut self.due[index], self.every[index], time + 0.5 * h);
             }
-        }
-        if all {
-            self.written = Some(engine.step);
         }
     }
 

@@ -22,6 +22,12 @@ pub enum Op {
         tape: TapeId,
         then: Box<Op>,
     },
+    Stage {
+        name: String,
+        gravity: glam::DVec3,
+        until: Option<TapeId>,
+        each: Box<Op>,
+    },
     HalfKick,
     Kick,
     Candidates,
@@ -47,7 +53,10 @@ pub enum Op {
 #[derive(Debug)]
 pub struct Program {
     pub root: Op,
+    /// Of the present stage, m/s².
     pub gravity: glam::DVec3,
+    /// Velocities stand at half steps.
+    pub leapfrog: bool,
     pub contact: Option<ContactPasses>,
     /// Index of each `Fix` and `Drive` pass.
     pub actions: Vec<usize>,
@@ -72,10 +81,7 @@ pub struct ContactPasses {
 pub fn read(plan: &Plan) -> Result<Program, Refusal> {
     let passes = &plan.body.passes;
     let root = node(plan, &plan.body.schedule)?;
-    let gravity = passes.iter().find_map(|pass| match pass.kernel {
-        Kernel::Gravity { acceleration } => Some(glam::DVec3::from_array(acceleration)),
-        _ => None,
-    });
+    let gravity = first_gravity(plan, first_span(&plan.body.schedule));
     let skin = passes.iter().find_map(|pass| match pass.kernel {
         Kernel::Candidates { skin } => Some(skin),
         _ => None,
@@ -92,7 +98,8 @@ pub fn read(plan: &Plan) -> Result<Program, Refusal> {
     let is_action = |index: &usize| timing(&passes[*index].kernel).is_some();
     Ok(Program {
         root,
-        gravity: gravity.unwrap_or(glam::DVec3::ZERO),
+        gravity,
+        leapfrog: passes.iter().any(|pass| matches!(pass.kernel, Kernel::HalfKick)),
         scheme: passes.iter().find_map(|pass| match pass.kernel {
             Kernel::Integrate(scheme) => Some(scheme),
             _ => None,
@@ -118,7 +125,9 @@ fn node(plan: &Plan, of: &Node) -> Result<Op, Refusal> {
         }
         Node::Substep { count, each } => Op::Substep { count: (*count).max(1), each: boxed(each)? },
         Node::When { tape, then } => Op::When { tape: *tape, then: boxed(then)? },
-        Node::Stage { each, .. } => node(plan, each)?,
+        Node::Stage { name, until, each } => {
+            Op::Stage { name: name.clone(), gravity: first_gravity(plan, each), until: *until, each: boxed(each)? }
+        }
         Node::Commit => Op::Commit,
         Node::Emit => Op::Emit,
         // One machine has nothing to exchange with.
@@ -152,6 +161,7 @@ fn kernel(kernel: &Kernel) -> Op {
         | Kernel::BulkViscosity { .. }
         | Kernel::Gravity { .. }
         | Kernel::Fix { .. }
+        | Kernel::Place { .. }
         | Kernel::Drive { .. }
         | Kernel::Membrane { .. }
         | Kernel::Bending { .. }
@@ -161,12 +171,42 @@ fn kernel(kernel: &Kernel) -> Op {
         | Kernel::QuasiSteady(_)
         | Kernel::Cut { .. }
         | Kernel::Stretch { .. }
+        | Kernel::Release { .. }
         | Kernel::Ledger => Op::Nothing,
     }
 }
 
 fn refusal(plan: &Plan, below: &Node, message: impl Into<String>) -> Refusal {
     Refusal::new(message, first_pass(below).and_then(|id| plan.body.passes.get(id.0 as usize)).map(|pass| pass.origin))
+}
+
+/// The first stage of a schedule that has some, else the whole.
+fn first_span(node: &Node) -> &Node {
+    match node {
+        Node::Seq(nodes) => nodes.iter().find(|node| matches!(node, Node::Stage { .. })).unwrap_or(node),
+        node => node,
+    }
+}
+
+/// Gravity of the passes below a node, m/s²; zero without one.
+fn first_gravity(plan: &Plan, below: &Node) -> glam::DVec3 {
+    fn find(plan: &Plan, node: &Node) -> Option<glam::DVec3> {
+        match node {
+            Node::Pass(id) => match plan.body.passes.get(id.0 as usize)?.kernel {
+                Kernel::Gravity { acceleration } => Some(glam::DVec3::from_array(acceleration)),
+                _ => None,
+            },
+            Node::Seq(nodes) => nodes.iter().find_map(|node| find(plan, node)),
+            Node::Run { each, .. }
+            | Node::Substep { each, .. }
+            | Node::Trial { each, .. }
+            | Node::Iterate { each, .. }
+            | Node::Stage { each, .. }
+            | Node::When { then: each, .. } => find(plan, each),
+            Node::Remesh(_) | Node::Exchange | Node::Commit | Node::Emit => None,
+        }
+    }
+    find(plan, below).unwrap_or(glam::DVec3::ZERO)
 }
 
 fn first_pass(node: &Node) -> Option<PassId> {
@@ -189,7 +229,9 @@ pub fn timing(kernel: &Kernel) -> Option<&Timing> {
     match kernel {
         Kernel::Fix { timing, .. }
         | Kernel::Drive { timing, .. }
+        | Kernel::Place { timing, .. }
         | Kernel::Cut { timing, .. }
+        | Kernel::Release { timing, .. }
         | Kernel::Stretch { timing, .. } => Some(timing),
         Kernel::Pressure(pressure) => Some(&pressure.timing),
         _ => None,

@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::Refusal;
 use super::engine::Engine;
 use super::net::NetRun;
+use crate::backend::tape::Take;
 use crate::plan::{Kernel, OriginId, Quantity, Reading, Sink};
 
 /// What an item's name stands for.
@@ -105,6 +106,19 @@ fn asked_by(engine: &Engine<'_>, tape: usize) -> Option<OriginId> {
 impl Engine<'_> {
     /// Evaluates every tape at the present state. With `accepted`, reductions over time take the values.
     pub(super) fn evaluate_tapes(&mut self, accepted: bool) {
+        let stage = self.staging.name.take();
+        self.evaluate(if accepted { Take::Step(stage.as_deref()) } else { Take::Nothing });
+        self.staging.name = stage;
+    }
+
+    /// The same at the start of a stage, for what is reduced over it alone.
+    pub(super) fn evaluate_entry(&mut self) {
+        let stage = self.staging.name.take();
+        self.evaluate(stage.as_deref().map_or(Take::Nothing, Take::Entry));
+        self.staging.name = stage;
+    }
+
+    fn evaluate(&mut self, take: Take<'_>) {
         if self.tapes.is_empty() {
             return;
         }
@@ -113,7 +127,7 @@ impl Engine<'_> {
         }
         let mut tapes = std::mem::take(&mut self.tapes);
         for (running, tape) in tapes.iter_mut().zip(&self.plan.body.tapes) {
-            running.evaluate(tape, self.time, accepted, &mut |reading| self.read(reading));
+            running.evaluate(tape, self.time, take, &mut |reading| self.read(reading));
         }
         self.tapes = tapes;
     }

@@ -15,7 +15,7 @@ use crate::backend::observe::{
     BodyEnd, Broken, Finding, HaltReason, Judged, Observer, Outcome, Start, StepView, Timings, VerifyHook,
 };
 use crate::backend::state::State;
-use crate::plan::{Plan, Sink};
+use crate::plan::{Plan, Sink, TapeId};
 
 /// How a plan is run; no option changes a bit of the result.
 #[derive(Default)]
@@ -72,11 +72,10 @@ struct Runner<'e, 'p, 'o> {
     threads: usize,
     seconds: [f64; GROUPS.len()],
     first_step: u64,
-    /// Steps of finished `Run` nodes.
-    steps_before: u64,
     steps: u64,
     positions_before: Vec<DVec3>,
     poses_before: Vec<(DVec3, DQuat)>,
+    net_before: Vec<DVec3>,
     /// For the outcome of a run that ends in not-a-numbers.
     last_good: State,
 }
@@ -98,10 +97,10 @@ impl<'e, 'p, 'o> Runner<'e, 'p, 'o> {
             outbox,
             threads,
             seconds: [0.0; GROUPS.len()],
-            steps_before: 0,
             steps: 0,
             positions_before: Vec::new(),
             poses_before: Vec::new(),
+            net_before: Vec::new(),
             last_good: State::default(),
             engine,
         }
@@ -126,6 +125,7 @@ impl<'e, 'p, 'o> Runner<'e, 'p, 'o> {
         // Drives take the tapes' values, and actions start from them.
         self.engine.evaluate_tapes(false);
         if self.first_step == 0 {
+            self.engine.staging.name = first_stage(&self.engine.program.root);
             self.engine.time_actions();
             self.engine.start_held();
         }
@@ -154,7 +154,10 @@ impl<'e, 'p, 'o> Runner<'e, 'p, 'o> {
         }
         match op {
             Op::Seq(ops) => ops.iter().for_each(|op| self.execute(op)),
-            Op::Run { step, duration, most_steps, each } => self.repeat(*step, *duration, *most_steps, each),
+            Op::Run { step, duration, most_steps, each } => {
+                self.repeat(divided(*step, *duration, *most_steps), duration.is_some(), None, each);
+            }
+            Op::Stage { name, gravity, until, each } => self.stage(name, *gravity, *until, each),
             Op::Substep { count, each } => {
                 let whole = self.engine.h;
                 self.engine.h = whole / f64::from(*count);
@@ -198,18 +201,40 @@ impl<'e, 'p, 'o> Runner<'e, 'p, 'o> {
         self.seconds[group] += began.elapsed().as_secs_f64();
     }
 
-    /// One `Run` node. The last step ends at the duration: all steps are made equally shorter for it.
-    fn repeat(&mut self, step: f64, duration: Option<f64>, most_steps: u64, each: &Op) {
-        let (steps, h) = divided(step, duration, most_steps);
-        let skipped = self.engine.step.saturating_sub(self.steps_before).min(steps);
+    /// One stage, unless a resumed run has it behind itself.
+    fn stage(&mut self, name: &str, gravity: DVec3, until: Option<TapeId>, each: &Op) {
+        let Op::Run { step, duration, most_steps, each } = each else { return };
+        if self.engine.staging.over.iter().any(|over| over.name == name) {
+            return;
+        }
+        let (steps, h) = divided(*step, *duration, *most_steps);
+        let fresh = self.engine.step == self.engine.staging.began_step;
+        if fresh && self.engine.step > 0 {
+            self.outbox.emit_between(self.engine, self.observer);
+        }
+        self.engine.begin_stage(name, gravity, h, fresh);
+        let by_condition = self.repeat((steps, h), duration.is_some(), until, each);
+        if self.engine.halt.is_none() {
+            self.engine.end_stage(by_condition);
+        }
+    }
+
+    /// One `Run` node: steps and their length (s), which ends with its time where it is `timed`, or where `until` holds.
+    /// Returns whether the condition ended it.
+    fn repeat(&mut self, (steps, h): (u64, f64), timed: bool, until: Option<TapeId>, each: &Op) -> bool {
+        let skipped = (self.engine.step - self.engine.staging.began_step).min(steps);
         self.engine.h = h;
         if self.engine.step == 0 {
             self.open_ledger();
         }
         self.engine.settled = false;
+        let holds = |engine: &Engine<'_>| until.is_some_and(|tape| engine.tapes[tape.0 as usize].is_true());
         for _ in skipped..steps {
+            if holds(self.engine) {
+                return true;
+            }
             if self.asked_to_stop() {
-                return;
+                return false;
             }
             if self.engine.step.is_multiple_of(SNAPSHOT) {
                 self.last_good = self.engine.state();
@@ -217,21 +242,26 @@ impl<'e, 'p, 'o> Runner<'e, 'p, 'o> {
             if self.verify.is_some() {
                 self.positions_before.clone_from(&self.engine.chains.position);
                 self.engine.body_poses(&mut self.poses_before);
+                self.net_before.clone_from(&self.engine.net.net.position);
             }
             self.execute(each);
             if self.engine.halt.is_some() {
-                return;
+                return false;
             }
             self.outbox.tick(self.engine, self.observer, self.steps);
             if self.engine.settled {
                 break;
             }
         }
-        if duration.is_none() && !self.engine.settled {
-            let message = format!("no equilibrium after {steps} steps: something still moves");
+        let ended = holds(self.engine);
+        if !timed && !self.engine.settled && !ended {
+            let message = match &self.engine.staging.name {
+                Some(name) => format!("the stage `{name}` did not end in {steps} steps: its condition never held"),
+                None => format!("no equilibrium after {steps} steps: something still moves"),
+            };
             self.engine.stop(HaltReason::NotSettled, message, None, None);
         }
-        self.steps_before += steps;
+        ended
     }
 
     fn asked_to_stop(&mut self) -> bool {
@@ -260,6 +290,7 @@ impl<'e, 'p, 'o> Runner<'e, 'p, 'o> {
                 bodies_before: &self.poses_before,
                 chains: &engine.chains,
                 bodies: &engine.bodies,
+                net: engine.net_view(&self.net_before),
             });
             match finding {
                 Finding::Fine => {}
@@ -305,6 +336,7 @@ impl<'e, 'p, 'o> Runner<'e, 'p, 'o> {
             checks,
             penetrations: self.verify.is_some().then_some(engine.penetrations),
             largest_strain: engine.largest_strain,
+            stages: engine.staging.over.clone(),
             halt: engine.halt.clone(),
             state: if bad { self.last_good } else { engine.state() },
         }
@@ -331,6 +363,14 @@ fn judged(engine: &mut Engine<'_>) -> Vec<Judged> {
         .collect()
 }
 
+fn first_stage(op: &Op) -> Option<String> {
+    match op {
+        Op::Seq(ops) => ops.iter().find_map(first_stage),
+        Op::Stage { name, .. } => Some(name.clone()),
+        _ => None,
+    }
+}
+
 /// Number and length of the steps of one `Run` node, s.
 fn divided(step: f64, duration: Option<f64>, most_steps: u64) -> (u64, f64) {
     match duration {
@@ -354,6 +394,7 @@ fn total(op: &Op) -> (Option<f64>, u64, f64) {
             let (steps, h) = divided(*step, *duration, *most_steps);
             (*duration, steps, h)
         }
+        Op::Stage { each, .. } => total(each),
         _ => (Some(0.0), 0, 0.0),
     }
 }

@@ -1,185 +1,219 @@
-//! A = L·D·Lᵀ by rows, blocks of 3×3 (the up-looking method: Davis, Direct Methods for Sparse Linear Systems, §4.7, with
-//! blocks in place of numbers, so that no root is taken).
+//! A = L·Lᵀ over a dissection: each part is a dense front of its own nodes and of those behind it that it touches, to which
+//! its children have added what they leave (the multifrontal method: Duff & Reid, ACM Trans. Math. Softw. 9, 1983).
 
-use glam::{DMat3, DVec3};
+use std::sync::{Mutex, PoisonError};
+
+use glam::DVec3;
+use rayon::prelude::*;
 
 use super::BlockMatrix;
+use super::dense::Front;
+use super::order::Dissection;
 
-const NONE: u32 = u32::MAX;
+/// A pivot under this share of the matrix's own diagonal is none.
+const TINY: f64 = 1e-14;
+/// Parts with fewer numbers below them than this are not worth waking another thread.
+const APART: usize = 200_000;
+
+/// A part of the dissection with its pattern and its columns of L.
+#[derive(Debug)]
+struct Piece {
+    /// Places in the order: own nodes are `from..from + own`, then those behind, rising.
+    from: usize,
+    own: usize,
+    behind: Vec<u32>,
+    children: Vec<usize>,
+    /// For each child, where in this front its nodes behind stand.
+    lands: Vec<Vec<u32>>,
+    /// Blocks of the matrix at or below this part's columns: index, row and column by node of the front.
+    entries: Vec<(u32, u32, u32)>,
+    /// Numbers of L at and under this part.
+    weight: usize,
+}
 
 /// The factor of one pattern, refilled for new values.
 #[derive(Debug)]
 pub struct Factor {
-    /// Node that is eliminated k-th, and its inverse.
     order: Vec<u32>,
-    rank: Vec<u32>,
-    /// Parent of each column in the elimination tree.
-    parent: Vec<u32>,
-    /// `starts[k]..starts[k + 1]` holds column k of L below its diagonal.
-    starts: Vec<usize>,
-    rows: Vec<u32>,
-    lower: Vec<DMat3>,
-    /// D and its inverse.
-    inverse_diagonal: Vec<DMat3>,
-    /// Room: filled length of each column, marks, the row's pattern, its blocks.
-    filled: Vec<usize>,
-    mark: Vec<u32>,
-    pattern: Vec<u32>,
-    path: Vec<u32>,
-    work: Vec<DMat3>,
-    right: Vec<DVec3>,
+    pieces: Vec<Piece>,
+    roots: Vec<usize>,
+    /// Columns of L of each piece, each from its diagonal down.
+    lower: Vec<Vec<f64>>,
+    right: Vec<f64>,
 }
 
+/// What a child leaves: the lower half by columns.
+type Left = Vec<f64>;
+
 impl Factor {
-    /// Finds the pattern of L for an order of elimination.
-    pub fn new(matrix: &BlockMatrix, order: &[u32]) -> Self {
-        let nodes = matrix.nodes();
-        let mut rank = vec![0; nodes];
+    /// Finds the pattern of L.
+    pub fn new(matrix: &BlockMatrix, dissection: Dissection) -> Self {
+        let Dissection { order, parts, roots } = dissection;
+        let mut rank = vec![0_u32; order.len()];
         order.iter().enumerate().for_each(|(k, node)| rank[*node as usize] = k as u32);
-        let mut factor = Self {
-            order: order.to_vec(),
-            parent: vec![NONE; nodes],
-            starts: vec![0; nodes + 1],
-            rows: Vec::new(),
-            lower: Vec::new(),
-            inverse_diagonal: vec![DMat3::ZERO; nodes],
-            filled: vec![0; nodes],
-            mark: vec![NONE; nodes],
-            pattern: Vec::new(),
-            path: Vec::new(),
-            work: vec![DMat3::ZERO; nodes],
-            right: vec![DVec3::ZERO; nodes],
-            rank,
-        };
-        factor.grow_tree(matrix);
-        for k in 0..nodes {
-            factor.reach(matrix, k);
-            for i in &factor.pattern {
-                factor.starts[*i as usize + 1] += 1;
-            }
-        }
-        for k in 0..nodes {
-            factor.starts[k + 1] += factor.starts[k];
-        }
-        factor
-    }
-
-    /// Blocks of L, filled or not.
-    pub fn blocks(&self) -> usize {
-        self.starts.last().copied().unwrap_or(0)
-    }
-
-    /// The elimination tree, with shortcuts along paths that were already climbed.
-    fn grow_tree(&mut self, matrix: &BlockMatrix) {
-        let mut ancestor = vec![NONE; self.order.len()];
-        for k in 0..self.order.len() as u32 {
-            for (j, _) in matrix.row(self.order[k as usize] as usize) {
-                let mut i = self.rank[j as usize];
-                while i != NONE && i < k {
-                    let next = ancestor[i as usize];
-                    ancestor[i as usize] = k;
-                    if next == NONE {
-                        self.parent[i as usize] = k;
+        let mut pieces: Vec<Piece> = Vec::with_capacity(parts.len());
+        for part in parts {
+            let own = part.nodes.clone();
+            let neighbours = own.clone().flat_map(|k| matrix.row(order[k] as usize)).map(|(j, _)| rank[j as usize]);
+            let of_children = part.children.iter().flat_map(|child| pieces[*child].behind.iter().copied());
+            let mut behind: Vec<u32> = neighbours.chain(of_children).filter(|k| *k as usize >= own.end).collect();
+            behind.sort_unstable();
+            behind.dedup();
+            let place = |k: u32| match (k as usize).checked_sub(own.end) {
+                None => k - own.start as u32,
+                Some(_) => (own.len() + behind.partition_point(|b| *b < k)) as u32,
+            };
+            let land = |child: &usize| pieces[*child].behind.iter().map(|k| place(*k)).collect();
+            let lands = part.children.iter().map(land).collect();
+            let mut entries = Vec::new();
+            for k in own.clone() {
+                for at in matrix.entries(order[k] as usize) {
+                    let below = rank[matrix.column(at) as usize];
+                    if below as usize >= k {
+                        entries.push((at as u32, place(below), place(k as u32)));
                     }
-                    i = next;
                 }
             }
+            let (columns, rows) = (3 * own.len(), 3 * (own.len() + behind.len()));
+            let under: usize = part.children.iter().map(|child| pieces[*child].weight).sum();
+            let weight = under + columns * rows - columns * columns.saturating_sub(1) / 2;
+            let (from, own, children) = (own.start, own.len(), part.children);
+            pieces.push(Piece { from, own, behind, children, lands, entries, weight });
         }
+        let (lower, right) = (vec![Vec::new(); pieces.len()], vec![0.0; 3 * order.len()]);
+        Self { order, pieces, roots, lower, right }
     }
 
-    /// Columns of row k of L, each after those that it depends on.
-    fn reach(&mut self, matrix: &BlockMatrix, k: usize) {
-        self.pattern.clear();
-        self.mark[k] = k as u32;
-        let mut tail = Vec::new();
-        std::mem::swap(&mut tail, &mut self.path);
-        for (j, _) in matrix.row(self.order[k] as usize) {
-            let mut i = self.rank[j as usize];
-            if i as usize > k {
-                continue;
-            }
-            tail.clear();
-            while self.mark[i as usize] != k as u32 {
-                tail.push(i);
-                self.mark[i as usize] = k as u32;
-                i = self.parent[i as usize];
-            }
-            // Later paths come first; each path from its leaf upwards.
-            self.pattern.extend(tail.iter().rev());
-        }
-        self.pattern.reverse();
-        self.path = tail;
+    /// Numbers of L, filled or not.
+    pub fn numbers(&self) -> usize {
+        self.roots.iter().map(|root| self.pieces[*root].weight).sum()
     }
 
-    /// Factors new values of the same pattern; `false` where a pivot is not positive definite.
+    /// Factors new values of the same pattern; `false` where the matrix is not positive definite.
     pub fn refactor(&mut self, matrix: &BlockMatrix) -> bool {
-        let blocks = self.blocks();
-        self.rows.resize(blocks, 0);
-        self.lower.resize(blocks, DMat3::ZERO);
-        self.filled.fill(0);
-        self.mark.fill(NONE);
-        for k in 0..self.order.len() {
-            self.reach(matrix, k);
-            let mut pivot = DMat3::ZERO;
-            for (j, block) in matrix.row(self.order[k] as usize) {
-                let i = self.rank[j as usize] as usize;
-                if i == k {
-                    pivot = *block;
-                } else if i < k {
-                    self.work[i] = *block;
-                }
-            }
-            for at in 0..self.pattern.len() {
-                let i = self.pattern[at] as usize;
-                let value = std::mem::replace(&mut self.work[i], DMat3::ZERO);
-                let from = self.starts[i];
-                for p in from..from + self.filled[i] {
-                    self.work[self.rows[p] as usize] -= value * self.lower[p].transpose();
-                }
-                let lower = value * self.inverse_diagonal[i];
-                pivot -= lower * value.transpose();
-                self.rows[from + self.filled[i]] = k as u32;
-                self.lower[from + self.filled[i]] = lower;
-                self.filled[i] += 1;
-            }
-            if !is_definite(&pivot) {
-                self.work.fill(DMat3::ZERO);
-                return false;
-            }
-            self.inverse_diagonal[k] = pivot.inverse();
-        }
-        true
+        let Self { pieces, roots, lower, .. } = self;
+        let slots = lower.iter_mut().map(|lower| Mutex::new(Some(lower))).collect();
+        let work = Work { matrix, pieces, slots };
+        roots.iter().all(|root| work.eliminate(*root).is_some())
     }
 
     /// Solves with the last factor.
     pub fn solve(&mut self, b: &[DVec3], x: &mut [DVec3]) {
         let right = &mut self.right;
-        for (value, node) in right.iter_mut().zip(&self.order) {
-            *value = b[*node as usize];
+        for (value, node) in right.as_chunks_mut::<3>().0.iter_mut().zip(&self.order) {
+            *value = b[*node as usize].to_array();
         }
-        for k in 0..right.len() {
-            let value = right[k];
-            for p in self.starts[k]..self.starts[k + 1] {
-                right[self.rows[p] as usize] -= self.lower[p] * value;
+        let mut behind = Vec::new();
+        for (piece, lower) in self.pieces.iter().zip(&self.lower) {
+            let columns = 3 * piece.own;
+            behind.clear();
+            behind.resize(3 * piece.behind.len(), 0.0);
+            let own = &mut right[3 * piece.from..3 * piece.from + columns];
+            let mut rest = &lower[..];
+            for j in 0..columns {
+                let (column, after) = rest.split_at(columns - j + behind.len());
+                rest = after;
+                let value = own[j] / column[0];
+                own[j] = value;
+                let (inner, outer) = column[1..].split_at(columns - j - 1);
+                own[j + 1..].iter_mut().zip(inner).for_each(|(right, l)| *right -= l * value);
+                behind.iter_mut().zip(outer).for_each(|(right, l)| *right += l * value);
+            }
+            for (k, taken) in piece.behind.iter().zip(behind.as_chunks::<3>().0) {
+                let at = 3 * *k as usize;
+                right[at..at + 3].iter_mut().zip(taken).for_each(|(right, taken)| *right -= taken);
             }
         }
-        for k in (0..right.len()).rev() {
-            let mut value = self.inverse_diagonal[k] * right[k];
-            for p in self.starts[k]..self.starts[k + 1] {
-                value -= self.lower[p].transpose() * right[self.rows[p] as usize];
+        for (piece, lower) in self.pieces.iter().zip(&self.lower).rev() {
+            let columns = 3 * piece.own;
+            behind.clear();
+            for k in &piece.behind {
+                let at = 3 * *k as usize;
+                behind.extend_from_slice(&right[at..at + 3]);
             }
-            right[k] = value;
+            let own = &mut right[3 * piece.from..3 * piece.from + columns];
+            let mut end = lower.len();
+            for j in (0..columns).rev() {
+                let column = &lower[end - (columns - j + behind.len())..end];
+                end -= column.len();
+                let (inner, outer) = column[1..].split_at(columns - j - 1);
+                let known = |l: &[f64], x: &[f64]| l.iter().zip(x).map(|(l, x)| l * x).sum::<f64>();
+                own[j] = (own[j] - known(inner, &own[j + 1..]) - known(outer, &behind)) / column[0];
+            }
         }
-        for (value, node) in right.iter().zip(&self.order) {
-            x[*node as usize] = *value;
+        for (value, node) in right.as_chunks::<3>().0.iter().zip(&self.order) {
+            x[*node as usize] = DVec3::from_array(*value);
         }
     }
 }
 
-/// Sylvester's rule, with the minors above rounding.
-fn is_definite(m: &DMat3) -> bool {
-    let scale = m.x_axis.x.abs().max(m.y_axis.y.abs()).max(m.z_axis.z.abs());
-    let second = m.x_axis.x * m.y_axis.y - m.x_axis.y * m.y_axis.x;
-    let tiny = 1e-14 * scale;
-    scale.is_finite() && m.x_axis.x > tiny && second > tiny * tiny && m.determinant() > tiny * tiny * tiny
+/// One factorisation under way.
+struct Work<'a> {
+    matrix: &'a BlockMatrix,
+    pieces: &'a [Piece],
+    /// Where each piece puts its columns of L; each is taken once.
+    slots: Vec<Mutex<Option<&'a mut Vec<f64>>>>,
+}
+
+impl Work<'_> {
+    /// Eliminates a part after its children; what it leaves, or None where a pivot is not positive.
+    fn eliminate(&self, number: usize) -> Option<Left> {
+        let piece = &self.pieces[number];
+        let heavy = piece.weight > APART;
+        let left: Option<Vec<Left>> = if heavy {
+            piece.children.par_iter().map(|child| self.eliminate(*child)).collect()
+        } else {
+            piece.children.iter().map(|child| self.eliminate(*child)).collect()
+        };
+        let (columns, rows) = (3 * piece.own, 3 * (piece.own + piece.behind.len()));
+        let mut front = Front::default();
+        front.clear(rows);
+        let mut floor = vec![0.0; columns];
+        for (at, row, column) in &piece.entries {
+            let block = self.matrix.block(*at as usize).to_cols_array_2d();
+            let (row, column) = (3 * *row as usize, 3 * *column as usize);
+            for (c, values) in block.iter().enumerate() {
+                // Of a diagonal block only the lower half has room.
+                let first = if row == column { c } else { 0 };
+                let to = front.column_mut(column + c, row + first);
+                to.iter_mut().zip(&values[first..]).for_each(|(to, value)| *to += value);
+                if row == column {
+                    floor[column + c] = TINY * values[c].abs();
+                }
+            }
+        }
+        for (left, land) in left?.iter().zip(&piece.lands) {
+            add_left(&mut front, left, land);
+        }
+        if !front.factor(columns, &floor) {
+            return None;
+        }
+        let slot = self.slots[number].lock().unwrap_or_else(PoisonError::into_inner).take();
+        if let Some(lower) = slot {
+            lower.clear();
+            (0..columns).for_each(|j| lower.extend_from_slice(front.column(j, j)));
+        }
+        let mut left = Vec::with_capacity((rows - columns) * (rows - columns + 1) / 2);
+        (columns..rows).for_each(|j| left.extend_from_slice(front.column(j, j)));
+        Some(left)
+    }
+}
+
+/// Adds what a child leaves where its nodes stand in the front.
+fn add_left(front: &mut Front, left: &[f64], land: &[u32]) {
+    let mut rest = left;
+    for (j, column) in land.iter().enumerate() {
+        for c in 0..3 {
+            let (mut values, after) = rest.split_at(3 * (land.len() - j) - c);
+            rest = after;
+            let column = 3 * *column as usize + c;
+            let (own, below) = values.split_at(3 - c);
+            front.column_mut(column, column).iter_mut().zip(own).for_each(|(to, value)| *to += value);
+            values = below;
+            for (row, three) in land[j + 1..].iter().zip(values.as_chunks::<3>().0) {
+                let to = &mut front.column_mut(column, 3 * *row as usize)[..3];
+                to.iter_mut().zip(three).for_each(|(to, value)| *to += value);
+            }
+        }
+    }
 }

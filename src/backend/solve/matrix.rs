@@ -62,6 +62,19 @@ impl BlockMatrix {
         self.columns[range.clone()].iter().copied().zip(&self.blocks[range])
     }
 
+    /// Indices of a row's blocks, for [`Self::column`] and [`Self::block`].
+    pub fn entries(&self, i: usize) -> std::ops::Range<usize> {
+        self.starts[i] as usize..self.starts[i + 1] as usize
+    }
+
+    pub fn column(&self, entry: usize) -> u32 {
+        self.columns[entry]
+    }
+
+    pub fn block(&self, entry: usize) -> &DMat3 {
+        &self.blocks[entry]
+    }
+
     /// Changes every block in place: `change(i, j, block)`.
     pub fn each_mut(&mut self, mut change: impl FnMut(u32, u32, &mut DMat3)) {
         for i in 0..self.nodes() {

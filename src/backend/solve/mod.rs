@@ -1,6 +1,7 @@
 //! Linear systems of the implicit schemes: symmetric matrices of 3×3 blocks over nodes, a sparse direct factor for what
 //! fits and preconditioned conjugate gradients for the rest. Everything gives the same bits on any number of threads.
 
+mod dense;
 mod factor;
 mod gradients;
 mod matrix;
@@ -13,8 +14,8 @@ pub use order::dissect;
 
 use glam::DVec3;
 
-/// Factors of more blocks than this are left to conjugate gradients (72 bytes each).
-const MOST_BLOCKS: usize = 12_000_000;
+/// Factors of more numbers than this are left to conjugate gradients (8 bytes each).
+const MOST_NUMBERS: usize = 200_000_000;
 
 /// Solves with one pattern and changing values.
 #[derive(Debug)]
@@ -26,8 +27,8 @@ pub enum Solver {
 impl Solver {
     /// Chooses by the size of the factor. `places` are the nodes' places (m), by which they are dissected.
     pub fn new(matrix: &BlockMatrix, places: &[DVec3]) -> Self {
-        let factor = Factor::new(matrix, &dissect(matrix, places));
-        if factor.blocks() <= MOST_BLOCKS {
+        let factor = Factor::new(matrix, dissect(matrix, places));
+        if factor.numbers() <= MOST_NUMBERS {
             Solver::Direct(Box::new(factor))
         } else {
             Solver::Iterative(Gradients::new(places.len()))
@@ -89,7 +90,7 @@ mod tests {
         matrix.multiply(&exact, &mut b);
         let mut x = vec![DVec3::ZERO; places.len()];
         let error = |x: &[DVec3]| x.iter().zip(&exact).map(|(a, b)| (*a - *b).length()).fold(0.0, f64::max);
-        let mut factor = Factor::new(&matrix, &dissect(&matrix, &places));
+        let mut factor = Factor::new(&matrix, dissect(&matrix, &places));
         assert!(factor.refactor(&matrix));
         factor.solve(&b, &mut x);
         assert!(error(&x) < 1e-10, "direct {:e}", error(&x));

@@ -2,9 +2,10 @@
 
 use super::PartId;
 use super::bar::{Bar, Way};
+use super::bending::Patch;
 use super::elements::{Elements, Sets};
 use super::sets::{BarSet, FormSet, StripSet, TriangleSet};
-use super::strip::{self, Strip};
+use super::strip::{self, Hold, Strip};
 use super::{bending, bound, grid, membrane};
 use crate::geometry::sheet::SheetMesh;
 use crate::plan::{BendingLaw, CordLaw, FabricLaw, MembraneLaw, SeamLaw};
@@ -119,8 +120,17 @@ impl Builder {
 
     /// The strip of a seam. A tape along it is a line of its own.
     pub fn add_strip(&mut self, part: PartId, strip: &Strip<'_>, law: &SeamLaw) {
-        let (nodes, holds) = strip::holds(strip, law).into_iter().unzip();
-        self.sets.strips.push(StripSet { part, nodes, holds });
+        self.add_holds(part, strip::holds(strip, law), Vec::new());
+    }
+
+    /// Holds of one part, and what keeps them from folding.
+    pub fn add_holds(&mut self, part: PartId, holds: Vec<([u32; 3], Hold)>, folds: Vec<(u32, Patch)>) {
+        let (nodes, holds) = holds.into_iter().unzip();
+        if !folds.is_empty() {
+            let patches = folds.iter().map(|(_, patch)| patch.clone()).collect();
+            self.sets.forms.push(FormSet::new(part, patches, [1.0, 0.0, 0.0]));
+        }
+        self.sets.strips.push(StripSet { part, nodes, holds, folds });
     }
 
     /// Cuts the net into blocks of `block` nodes: some thousands, set by the plan and not by the number of threads.

@@ -234,7 +234,8 @@ impl Elements {
             sum += each.map(|(b, [i, j])| set.bar(b).stored(set.way, at(*j) - at(*i))).sum::<f64>();
         }
         for set in &self.sets.strips {
-            let each = set.nodes.iter().zip(&set.holds);
+            // What is not sewn, or has torn, has no stiffness.
+            let each = set.nodes.iter().zip(&set.holds).filter(|(_, hold)| hold.spring.stiffness > 0.0);
             sum += each.map(|(nodes, hold)| hold.spring.stored(Way::Both, hold.gap(nodes.map(at)))).sum::<f64>();
         }
         for set in &self.sets.forms {

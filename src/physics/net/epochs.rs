@@ -5,7 +5,9 @@
 use glam::DVec3;
 
 use super::PartId;
+use super::bending::Patch;
 use super::elements::Elements;
+use super::strip::Hold;
 
 /// What a correction of positions did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -50,6 +52,47 @@ impl Elements {
             retain(&mut set.holds, &keep);
         }
         self.keep_bars(part, |_, nodes| !nodes.contains(&node));
+    }
+
+    /// Opens a strip: none of its holds is sewn.
+    pub fn open_strip(&mut self, part: PartId) {
+        self.change_holds(part, |_, hold| hold.spring.stiffness = 0.0);
+    }
+
+    /// Sews holds of a strip, with their braces: from now on they carry.
+    pub fn sew(&mut self, part: PartId, list: &[u32]) {
+        self.change_holds(part, |_, hold| {
+            if list.contains(&hold.of) {
+                hold.spring.stiffness = hold.firm;
+            }
+        });
+    }
+
+    /// Tears holds of a strip, with their braces, for good.
+    pub fn tear(&mut self, part: PartId, list: &[u32]) {
+        self.change_holds(part, |_, hold| {
+            if list.contains(&hold.of) {
+                (hold.spring.stiffness, hold.firm) = (0.0, 0.0);
+            }
+        });
+    }
+
+    fn change_holds(&mut self, part: PartId, change: impl Fn(u32, &mut Hold)) {
+        for set in self.sets.strips.iter_mut().filter(|set| set.part == part) {
+            set.holds.iter_mut().enumerate().for_each(|(number, hold)| change(number as u32, hold));
+            for form in self.sets.forms.iter_mut().filter(|form| form.part == part) {
+                let sewn = |(number, _): &&(u32, Patch)| set.holds[*number as usize].spring.stiffness > 0.0;
+                form.patches = set.folds.iter().filter(sewn).map(|(_, patch)| patch.clone()).collect();
+                form.sum_up();
+            }
+        }
+        self.cut_anew();
+    }
+
+    /// The holds of a strip with their nodes, by their numbers.
+    pub fn holds_of(&self, part: PartId) -> impl Iterator<Item = (&[u32; 3], &Hold)> {
+        let own = self.sets.strips.iter().filter(move |set| set.part == part);
+        own.flat_map(|set| set.nodes.iter().zip(&set.holds))
     }
 
     fn keep_bars(&mut self, part: PartId, kept: impl Fn(u32, &[u32; 2]) -> bool) {

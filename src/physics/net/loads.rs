@@ -30,10 +30,12 @@ impl Elements {
         }
     }
 
-    /// Adds the sewing force of a strip: `per_length` (N/m) draws each edge to the other, half by either side's nodes.
+    /// Adds the sewing force of a strip: `per_length` (N/m) draws each edge to the other where it is not sewn yet, half by
+    /// either side's nodes.
     pub fn draw_together(&self, part: PartId, position: &[DVec3], per_length: f64, force: &mut [DVec3]) {
         for set in self.sets.strips.iter().filter(|set| set.part == part) {
-            for (nodes, hold) in set.nodes.iter().zip(&set.holds) {
+            let open = |(_, hold): &(&[u32; 3], &Hold)| hold.spring.stiffness == 0.0 && hold.firm > 0.0;
+            for (nodes, hold) in set.nodes.iter().zip(&set.holds).filter(open) {
                 let gap = hold.gap(nodes.map(|n| position[n as usize]));
                 let pull = gap.normalize_or_zero() * (per_length * hold.length);
                 nodes.iter().zip(hold.weights()).for_each(|(n, w)| force[*n as usize] -= pull * w);
@@ -41,13 +43,15 @@ impl Elements {
         }
     }
 
-    /// Gaps of a strip from each node to its foot, m: those of the first edge's nodes, then the second's.
+    /// By how much each node of a strip is farther from its foot than the strip is wide, m: those of the first edge's
+    /// nodes, then the second's.
     pub fn gaps(&self, part: PartId, position: &[DVec3], out: &mut Vec<f64>) {
         out.clear();
-        for set in self.sets.strips.iter().filter(|set| set.part == part) {
-            let gap = |(nodes, hold): (&[u32; 3], &Hold)| hold.gap(nodes.map(|n| position[n as usize])).length();
-            out.extend(set.nodes.iter().zip(&set.holds).map(gap));
-        }
+        let across = |(_, hold): &(&[u32; 3], &Hold)| hold.length > 0.0;
+        let gap = |(nodes, hold): (&[u32; 3], &Hold)| {
+            hold.gap(nodes.map(|n| position[n as usize])).length() - hold.spring.rest
+        };
+        out.extend(self.holds_of(part).filter(across).map(gap));
     }
 
     /// Σ A·n of a sheet's triangles as they lie, m²: the load that a pressure of 1 Pa is.

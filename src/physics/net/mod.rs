@@ -11,6 +11,7 @@ mod bound;
 mod build;
 mod elements;
 mod epochs;
+mod fold;
 mod fours;
 mod grid;
 mod loads;
@@ -23,12 +24,14 @@ mod tangent;
 #[cfg(test)]
 mod tests;
 
+pub use bending::Patch;
 pub use bound::{Bound, line_bound, line_mass, lumped_mass, sheet_bound};
 pub use build::Builder;
 pub use elements::{Elements, KickView, Kicked};
 pub use epochs::Corrected;
+pub use fold::{Side, fold_bound, folds};
 pub use order::narrow_order;
-pub use strip::{Strip, strip_bound};
+pub use strip::{Hold, Strip, holds, strip_bound, tie};
 
 use glam::DVec3;
 

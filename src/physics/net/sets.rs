@@ -52,6 +52,8 @@ pub struct StripSet {
     /// A node and the two beside its foot.
     pub nodes: Vec<[u32; 3]>,
     pub holds: Vec<Hold>,
+    /// What keeps it from folding, by hold.
+    pub folds: Vec<(u32, Patch)>,
 }
 
 /// A form ½ Σ Kᵢⱼ xᵢ·xⱼ that no rigid or affine motion stores energy in, by rows, off-diagonal entries alone.

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::diagnostics::Diagnostic;
-use crate::plan::{Axes, Drive, Kernel, NodeSet, OriginId, Timing};
+use crate::plan::{Axes, Drive, Kernel, NodeSet, OriginId, PlacedNode, Timing};
 use crate::scene::{self, Fix, Given, Item, Pull, SelectStep, Selection, SelectionTerm, Signal};
 
 use super::Maker;
@@ -13,14 +13,46 @@ impl Maker<'_> {
     pub(super) fn fix(&mut self, item: &Item, fix: &Fix) -> Option<(Kernel, OriginId)> {
         let origin = self.written(item.span);
         let nodes = self.node_sets(&fix.what)?;
-        let timing = self.timing(item, &fix.at, &fix.delay, &fix.when, fix.until.as_ref());
+        let timing = self.timing(item, &fix.at, &fix.delay, &fix.when, fix.until.as_ref(), fix.during.as_ref());
         Some((Kernel::Fix { nodes, axes: Axes(fix.axes.value), timing }, origin))
+    }
+
+    /// Where a fix puts its nodes as it begins, one place for each in the order of the selection.
+    pub(super) fn place(&mut self, item: &Item, fix: &Fix) -> Option<(Kernel, OriginId)> {
+        let to = fix.to.as_ref()?;
+        let origin = self.take(format!("{}.to", item.name), to, format!("{} places", to.value.len()));
+        let mut nodes = Vec::new();
+        for term in &fix.what.value.terms {
+            // What cannot be selected is told with the fix itself.
+            for (domain, list) in self.term_nodes(term).ok()? {
+                nodes.extend(list.into_iter().map(|node| (domain, node)));
+            }
+        }
+        let of_net = |domain: u32| self.body.domains[domain as usize].recipe.is_net();
+        if !nodes.iter().all(|(domain, _)| of_net(*domain)) {
+            let message = format!("`{}` holds yarns, and they are woven where they lie", item.name);
+            let found = Diagnostic::error("E0771", message, to.span(), "moves sheets, lines and points alone")
+                .note("Pull them there: `pull` with a `velocity`, until they have arrived.");
+            self.diagnostics.push(found);
+            return None;
+        }
+        if nodes.len() != to.value.len() {
+            let message = format!("`{}` holds {} nodes and names {} places", item.name, nodes.len(), to.value.len());
+            let found = Diagnostic::error("E0770", message, to.span(), "one place for each node")
+                .also(fix.what.span(), format!("{} nodes", nodes.len()));
+            self.diagnostics.push(found);
+            return None;
+        }
+        let places = std::iter::zip(nodes, &to.value);
+        let places = places.map(|((domain, node), to)| PlacedNode { domain, node, to: *to }).collect();
+        let timing = self.timing(item, &fix.at, &fix.delay, &fix.when, fix.until.as_ref(), fix.during.as_ref());
+        Some((Kernel::Place { places, axes: Axes(fix.axes.value), timing }, origin))
     }
 
     pub(super) fn pull(&mut self, item: &Item, pull: &Pull) -> Option<(Kernel, OriginId)> {
         let origin = self.written(item.span);
         let nodes = self.node_sets(&pull.what)?;
-        let timing = self.timing(item, &pull.at, &pull.delay, &pull.when, pull.until.as_ref());
+        let timing = self.timing(item, &pull.at, &pull.delay, &pull.when, pull.until.as_ref(), pull.during.as_ref());
         let drive = match &pull.drive {
             scene::Drive::Velocity(signal) => Drive::Velocity(self.tape(format!("{}.velocity", item.name), signal)),
             scene::Drive::Force(signal) => Drive::Force(self.tape(format!("{}.force", item.name), signal)),
@@ -39,6 +71,7 @@ impl Maker<'_> {
         delay: &Given<f64>,
         when: &Given<Signal>,
         until: Option<&Given<Signal>>,
+        during: Option<&Given<String>>,
     ) -> Timing {
         for (field, given) in [("at", at), ("delay", delay)] {
             self.take(format!("{}.{field}", item.name), given, format!("{} us", given.value * 1e6));
@@ -46,7 +79,11 @@ impl Maker<'_> {
         let always = matches!(when.value, Signal::Truth(true));
         let when = (!always).then(|| self.tape(format!("{}.when", item.name), when));
         let until = until.map(|signal| self.tape(format!("{}.until", item.name), signal));
-        Timing { at: at.value, delay: delay.value, when, until }
+        if let Some(stage) = during {
+            self.take(format!("{}.during", item.name), stage, stage.value.clone());
+            self.refuse_strange_stage(&stage.value, stage.span());
+        }
+        Timing { at: at.value, delay: delay.value, when, until, during: during.map(|stage| stage.value.clone()) }
     }
 
     /// The nodes of a selection, one set per domain. A selection that cannot be resolved, or that holds nothing, is an
@@ -86,7 +123,7 @@ impl Maker<'_> {
     }
 
     /// Whether an item would have nodes and could not be planned.
-    fn is_unplanned(&self, id: crate::scene::ItemId) -> bool {
+    pub(super) fn is_unplanned(&self, id: crate::scene::ItemId) -> bool {
         use crate::scene::ItemBody;
         match &self.scene.item(id).body {
             ItemBody::Weave(_)

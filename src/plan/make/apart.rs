@@ -92,6 +92,10 @@ impl Maker<'_> {
         for join in &self.body.joins {
             let pair = match join {
                 Join::Weld { edges, .. } | Join::Sew { edges, .. } => (owner(edges[0].domain), owner(edges[1].domain)),
+                Join::Hold { pairs, .. } => match pairs.first() {
+                    Some(pair) => (owner(pair.node.0), owner(pair.to.0)),
+                    None => continue,
+                },
                 Join::Tie { domain, to: PointRef::Node { domain: to, .. }, .. } => (owner(*domain), owner(*to)),
                 Join::Tie { domain, to: PointRef::Body { body, .. }, .. } => {
                     (owner(*domain), bodies.get(*body as usize).copied())

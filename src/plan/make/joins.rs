@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use crate::diagnostics::Diagnostic;
 use crate::plan::{CordLaw, DomainId, EdgeRef, Join, MembraneLaw, OriginId, PointRef, SeamLaw};
-use crate::scene::{Item, ItemBody, ItemId, Seam};
+use crate::scene::{How, Item, ItemBody, ItemId, Seam};
 
 use super::Maker;
 
@@ -58,7 +58,8 @@ impl Maker<'_> {
         }
         let rows = [self.row(&edges[0]), self.row(&edges[1])];
         let name = item.name.clone();
-        let drawn = seam.pull.is_some() || seam.width.value > 0.0;
+        let tears = seam.efficiency.origin.how != How::Default;
+        let drawn = seam.pull.is_some() || seam.width.value > 0.0 || tears;
         match meeting(&rows) {
             Meeting::Rows if !drawn => self.body.joins.push(Join::Weld { name, edges, tape, origin }),
             Meeting::On { second, nodes } if !drawn && tape.is_none() => {
@@ -81,6 +82,13 @@ impl Maker<'_> {
         if let Some(given) = &seam.bending {
             self.take_each(item, "bending", given, format!("{} uN*m", **given * 1e6));
             fine &= self.positive("bending stiffness", &item.name, given);
+            if *seam.width == 0.0 {
+                let message = format!("`{}` has no width to bend", item.name);
+                let found = Diagnostic::error("E0774", message, given.span(), "of a strip without width")
+                    .note("Give the seam its `width`: what folds is the strip between the two rows of stitches.");
+                self.diagnostics.push(found);
+                fine = false;
+            }
         }
         fine
     }
@@ -130,9 +138,53 @@ impl Maker<'_> {
             None => edges.iter().map(|edge| self.cloth_stiffness(edge.domain)).fold(0.0, f64::max),
         };
         let pull = seam.pull.as_ref().map(|signal| self.tape(format!("{}.pull", item.name), signal));
-        let law =
-            SeamLaw { width: *seam.width, stiffness, bending: seam.bending.as_ref().map(|given| **given), pull, tape };
+        let strength = match self.seam_strength(item, seam, &edges) {
+            Ok(strength) => strength,
+            Err(found) => return self.diagnostics.push(*found),
+        };
+        let bending = seam.bending.as_ref().map(|given| **given);
+        let law = SeamLaw { width: *seam.width, stiffness, bending, pull, strength, tape };
         self.body.joins.push(Join::Sew { name: item.name.clone(), edges, law, origin });
+    }
+
+    /// Force per length at which a seam tears, N/m: its efficiency times the strength of the weaker cloth in its weaker
+    /// direction. None where the scene says no efficiency: then nothing tears it.
+    fn seam_strength(
+        &mut self,
+        item: &Item,
+        seam: &Seam,
+        edges: &[EdgeRef; 2],
+    ) -> Result<Option<f64>, Box<Diagnostic>> {
+        let given = &seam.efficiency;
+        if given.origin.how == How::Default {
+            return Ok(None);
+        }
+        self.take_each(item, "efficiency", given, format!("{} %", **given * 100.0));
+        if !(**given > 0.0 && given.is_finite()) {
+            let message = format!("the efficiency of `{}` is above zero", item.name);
+            return Err(Box::new(Diagnostic::error("E0743", message, given.span(), "not above zero")));
+        }
+        let mut weakest = f64::INFINITY;
+        for edge in edges {
+            let Some(piece) = self.piece(edge.domain) else { return Ok(None) };
+            let part = self.scene.item(piece.item);
+            let fabric = match &part.body {
+                ItemBody::Cloth(cloth) => &cloth.fabric.value,
+                ItemBody::Gore(gore) => &gore.fabric.value,
+                _ => return Ok(None),
+            };
+            let Some(strength) = &fabric.strength else {
+                let message = format!("the strength of `{}` is not known", fabric.name);
+                let found = Diagnostic::error("E0775", message, given.span(), "a share of nothing")
+                    .also(self.headline(part.span), "this cloth")
+                    .note(
+                        "Give its fabric a `strength`, N/m, or leave the efficiency out: then nothing tears the seam.",
+                    );
+                return Err(Box::new(found));
+            };
+            weakest = weakest.min(*strength.warp).min(*strength.weft);
+        }
+        Ok(Some(weakest * **given))
     }
 
     fn cloth_stiffness(&self, domain: DomainId) -> f64 {
@@ -184,6 +236,12 @@ impl Maker<'_> {
             let (a, b) = match join {
                 Join::Weld { edges, .. } | Join::Sew { edges, .. } => (edges[0].domain, edges[1].domain),
                 Join::Tie { domain, to: PointRef::Node { domain: to, .. }, .. } => (*domain, *to),
+                // What may let go holds nothing together.
+                Join::Hold { breaks_at: Some(_), .. } => continue,
+                Join::Hold { pairs, .. } => match pairs.first() {
+                    Some(pair) => (pair.node.0, pair.to.0),
+                    None => continue,
+                },
                 Join::Tie { .. } => continue,
             };
             let (a, b) = (joined(&group, a), joined(&group, b));

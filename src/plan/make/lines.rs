@@ -253,6 +253,7 @@ impl Maker<'_> {
         self.scene.items.iter().any(|item| match &item.body {
             ItemBody::Fix(fix) => names(&fix.what),
             ItemBody::Pull(pull) => names(&pull.what),
+            ItemBody::Tie(tie) => tie.join.value.iter().any(names),
             ItemBody::Body(body) => body.hangs_from.as_ref().is_some_and(|spot| on(spot)),
             ItemBody::Line(line) => spots(&line.way).into_iter().any(on),
             _ => false,

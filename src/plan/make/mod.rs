@@ -23,14 +23,16 @@ mod running;
 mod scheme;
 mod sheets;
 mod sinks;
+mod stages;
 mod start;
 mod tapes;
+mod ties;
 mod yarns;
 
 pub(in crate::plan) use domains::Unfolded;
 
 use crate::diagnostics::{Diagnostic, Severity, Sources, Span};
-use crate::scene::{Case, Extents, Given, How, Item, ItemBody, ItemId, Origin, Program, Run, Scene};
+use crate::scene::{Case, Given, How, Item, ItemBody, ItemId, Origin, Program, Run, Scene};
 
 use super::{Advice, Body, Decision, OriginId, OriginRecord, Plan, SCHEMA, Taken, Verdict, hash};
 
@@ -146,10 +148,8 @@ impl<'a> Maker<'a> {
 
     /// The time that the run may take, once all that it does is known.
     fn estimate(&mut self, run: &Run) {
-        let duration = match &run.extent {
-            Extents::Duration(given) => Some(given.value),
-            _ => None,
-        };
+        self.weigh_schemes(run);
+        let duration = self.length_of(run);
         self.advice.seconds = super::cost::seconds(&self.body, self.advice.nodes, self.advice.steps, duration);
     }
 

@@ -51,6 +51,7 @@ impl Maker<'_> {
         self.plan_lines();
         self.plan_points(true);
         self.plan_seams();
+        self.plan_ties();
         self.hang_bodies();
         self.refuse_loose_canopies();
     }

@@ -71,11 +71,14 @@ impl Maker<'_> {
         }
         let holds = |join: &Join| match join {
             Join::Weld { tape, .. } => tape.is_some(),
-            Join::Sew { .. } => true,
+            Join::Sew { .. } | Join::Hold { .. } => true,
             Join::Tie { .. } => false,
         };
         if let Some(join) = self.body.joins.iter().find(|join| holds(join)) {
-            let (Join::Weld { origin, .. } | Join::Sew { origin, .. } | Join::Tie { origin, .. }) = join;
+            let (Join::Weld { origin, .. }
+            | Join::Sew { origin, .. }
+            | Join::Hold { origin, .. }
+            | Join::Tie { origin, .. }) = join;
             kernels.push(("seams".to_owned(), Kernel::Seams, *origin));
         }
         kernels
@@ -197,7 +200,15 @@ impl Maker<'_> {
                 continue;
             }
             let strip = net::Strip { edges: [row, &second], spacing: [&own, &spacing] };
-            let alone = net::strip_bound(&strip, law, &mass).omega;
+            let other_of: Vec<u32> = (first..mass.len() as u32).collect();
+            let own_of: Vec<u32> = (0..first).collect();
+            let far: Vec<u32> = second.iter().map(|node| node - first).collect();
+            let sides = [
+                net::Side { mesh, law: cloth, row, node_of: &own_of },
+                net::Side { mesh: other, law: other_cloth, row: &far, node_of: &other_of },
+            ];
+            let folds = net::folds(sides, &net::holds(&strip, law), law);
+            let alone = net::strip_bound(&strip, law, &mass).omega.hypot(net::fold_bound(&folds, &mass).sqrt());
             let cloths = edges.iter().map(|edge| {
                 let group = group_name(&self.body.domains[edge.domain.0 as usize].name);
                 groups.get(&group).map_or(0.0, |bound| bound.omega)
@@ -231,7 +242,7 @@ impl Maker<'_> {
 
     pub(super) fn push(&mut self, item: &Item, push: &Push) -> Option<(Kernel, OriginId)> {
         let origin = self.written(item.span);
-        let timing = self.timing(item, &push.at, &push.delay, &push.when, push.until.as_ref());
+        let timing = self.timing(item, &push.at, &push.delay, &push.when, push.until.as_ref(), push.during.as_ref());
         match &push.load {
             Load::Force(signal) => {
                 let nodes = self.node_sets(&push.what)?;
@@ -282,7 +293,7 @@ impl Maker<'_> {
             self.diagnostics.push(found.note("Yarns break by their `breaks`."));
             return None;
         }
-        let timing = self.timing(item, &cut.at, &cut.delay, &cut.when, cut.until.as_ref());
+        let timing = self.timing(item, &cut.at, &cut.delay, &cut.when, cut.until.as_ref(), cut.during.as_ref());
         Some((Kernel::Cut { what, timing }, origin))
     }
 
@@ -304,7 +315,14 @@ impl Maker<'_> {
             }
         }
         let tape = self.tape(format!("{}.ratio", item.name), &stretch.ratio);
-        let timing = self.timing(item, &stretch.at, &stretch.delay, &stretch.when, stretch.until.as_ref());
+        let timing = self.timing(
+            item,
+            &stretch.at,
+            &stretch.delay,
+            &stretch.when,
+            stretch.until.as_ref(),
+            stretch.during.as_ref(),
+        );
         Some((Kernel::Stretch { domains, tape, timing }, origin))
     }
 

@@ -9,6 +9,7 @@ use crate::scene::{Extents, Item, ItemBody, Run, Step};
 use super::Maker;
 use super::running::Order;
 use super::scheme::{NET_SHARE, Stepping};
+use super::stages::Planned;
 
 /// The step of a scene at rest is this share of the stable bound: the bound is safe for small strains, and yarns stretch by a few percent.
 const SAFETY: f64 = 0.9;
@@ -25,6 +26,9 @@ const TURN: f64 = 0.04;
 /// Steps after which a static run that has not settled is stopped.
 const MOST_STATIC_STEPS: u64 = 2_000_000;
 
+/// Steps that Newton takes to the equilibrium of a drape, for the estimate of its time.
+const USUAL_NEWTON_STEPS: u64 = 60;
+
 impl Maker<'_> {
     pub(super) fn schedule(
         &mut self,
@@ -32,7 +36,7 @@ impl Maker<'_> {
         viscosity: f64,
         opening: Option<PassId>,
         order: Order,
-        stepping: &Stepping,
+        (stepping, stages): (&Stepping, Vec<Planned>),
     ) {
         let (bound, setter) = self.bounds(viscosity);
         let turning = self.turning_bound();
@@ -45,24 +49,41 @@ impl Maker<'_> {
                         Diagnostic::error("E0809", "a run lasts longer than no time", given.span(), "must be positive");
                     self.diagnostics.push(found);
                 }
-                // A last step that would be shorter than rounding is no step.
-                (Some(given.value), (given.value / step * (1.0 - 1e-12)).ceil() as u64)
+                (Some(given.value), steps_in(given.value, step))
             }
             _ => (None, MOST_STATIC_STEPS),
         };
-        let passes = |list: Vec<PassId>| list.into_iter().map(Node::Pass);
-        let mut each: Vec<Node> = passes(order.forces).collect();
-        each.extend(passes(order.kick));
-        each.extend(passes(order.contact));
-        each.extend(passes(order.drift));
-        each.extend(passes(order.after));
-        each.extend([Node::Commit, Node::Emit]);
-        let repeated = Node::Run { step, duration, most_steps, each: Box::new(Node::Seq(each)) };
-        self.body.schedule = match opening {
-            Some(opening) => Node::Seq(vec![Node::Pass(opening), repeated]),
-            None => repeated,
+        let passes = |list: &[PassId]| list.iter().copied().map(Node::Pass).collect::<Vec<Node>>();
+        let repeated = |gravity: Option<PassId>, duration: Option<f64>, most_steps: u64| {
+            let mut each = passes(&order.forces[..order.gravity_at]);
+            each.extend(gravity.map(Node::Pass));
+            each.extend(passes(&order.forces[order.gravity_at..]));
+            for list in [&order.kick, &order.contact, &order.drift, &order.after] {
+                each.extend(passes(list));
+            }
+            each.extend([Node::Commit, Node::Emit]);
+            Node::Run { step, duration, most_steps, each: Box::new(Node::Seq(each)) }
         };
-        self.advise(most_steps);
+        let mut nodes: Vec<Node> = opening.map(Node::Pass).into_iter().collect();
+        let mut all_steps = 0;
+        for stage in &stages {
+            let most_steps = stage.duration.map_or(MOST_STATIC_STEPS, |duration| steps_in(duration, step));
+            all_steps += most_steps;
+            let each = Box::new(repeated(stage.gravity, stage.duration, most_steps));
+            nodes.push(Node::Stage { name: stage.name.clone(), until: stage.until, each });
+        }
+        let most_steps = if stages.is_empty() {
+            nodes.push(repeated(None, duration, most_steps));
+            most_steps
+        } else {
+            all_steps
+        };
+        self.body.schedule = match <[Node; 1]>::try_from(nodes) {
+            Ok([only]) => only,
+            Err(nodes) => Node::Seq(nodes),
+        };
+        let steps = if stepping.equilibrium { USUAL_NEWTON_STEPS } else { most_steps };
+        self.advise(steps);
     }
 
     /// The smallest stable step of all domains (s), and which of [`super::Advice::bounds`] sets it.
@@ -205,10 +226,7 @@ impl Maker<'_> {
 
     /// Without chains nothing vibrates: a body in free motion takes a thousandth of the run.
     fn body_step(&self, run: &Run) -> f64 {
-        match &run.extent {
-            Extents::Duration(given) => given.value / 1000.0,
-            _ => 1e-3,
-        }
+        self.length_of(run).map_or(1e-3, |duration| duration / 1000.0)
     }
 
     fn advise(&mut self, steps: u64) {
@@ -219,6 +237,11 @@ impl Maker<'_> {
         // Eleven doubles of state a node and about as much again for contact.
         self.advice.memory = nodes * 400;
     }
+}
+
+/// Steps of `step` in `duration` (s); a last step that would be shorter than rounding is no step.
+fn steps_in(duration: f64, step: f64) -> u64 {
+    (duration / step * (1.0 - 1e-12)).ceil() as u64
 }
 
 /// The step whose [`ACCURATE`] share lets a body at `speed` (m/s) turn a segment of `length` (m) by [`TURN`], s.

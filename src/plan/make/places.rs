@@ -129,7 +129,8 @@ impl Maker<'_> {
             ("skirt", None) => {
                 let begin = self.line_starts(canopy, sheets, seams);
                 let skirted: Vec<usize> = begin.iter().map(|(sheet, _)| *sheet).collect();
-                let on_skirt = |sheet: usize| sheets[sheet].gore && skirted.contains(&sheet);
+                // Without lines every gore ends in the skirt.
+                let on_skirt = |sheet: usize| sheets[sheet].gore && (begin.is_empty() || skirted.contains(&sheet));
                 let nodes: Vec<_> = all().filter(|sheet| on_skirt(*sheet)).flat_map(|s| edge(s, "skirt")).collect();
                 Some(if nodes.is_empty() { begin } else { nodes })
             }

@@ -4,7 +4,7 @@ use crate::diagnostics::Diagnostic;
 use crate::plan::{
     Centre, Cost, DomainId, Field, Init, Kernel, OriginId, Pass, PassId, Precision, Recipe, Relation, Role,
 };
-use crate::scene::{Extents, Item, ItemBody, Run};
+use crate::scene::{How, Item, ItemBody, Run};
 
 use super::Maker;
 use super::contacts::Contacts;
@@ -14,6 +14,8 @@ use super::scheme::Stepping;
 #[derive(Default)]
 pub(super) struct Order {
     pub forces: Vec<PassId>,
+    /// Where among the forces the gravity of a stage stands.
+    pub gravity_at: usize,
     pub kick: Vec<PassId>,
     pub contact: Vec<PassId>,
     pub drift: Vec<PassId>,
@@ -42,7 +44,12 @@ impl Maker<'_> {
                 if matches!(kernel, Kernel::Bending { .. }) { &["position"] } else { &["position", "velocity"] };
             order.forces.push(self.pass(&name, kernel, reads, &["force"], origin));
         }
-        self.gravity(run, &mut order);
+        order.gravity_at = order.forces.len();
+        self.warn_of_stages_without_list(run);
+        let stages = self.plan_stages(run);
+        if stages.is_empty() {
+            self.gravity(run, &mut order);
+        }
         self.actions(&mut order);
         if moves {
             order.kick.push(self.pass("kick", Kernel::Kick, &["force", "mass"], &["velocity"], run_origin));
@@ -61,29 +68,26 @@ impl Maker<'_> {
         self.static_passes(run, &stepping, run_origin, &mut order);
         order.after.push(self.pass("ledger", Kernel::Ledger, &["position", "velocity"], &["ledger"], run_origin));
         self.warn_of_passing_through(unknown);
-        self.schedule(run, viscosity.unwrap_or(0.0), opening, order, &stepping);
+        self.schedule(run, viscosity.unwrap_or(0.0), opening, order, (&stepping, stages));
     }
 
     /// What finds the equilibrium of a static run.
     fn static_passes(&mut self, run: &Run, stepping: &Stepping, run_origin: OriginId, order: &mut Order) {
         let settles = Self::is_static(&run.extent);
         if stepping.equilibrium {
-            let reason = "solve = static: Newton on the stored energy of sheets and lines";
+            let reason = "solve = static: Newton on the forces at rest, some hundred times cheaper than motion that is damped to rest";
             self.decide("equilibrium", "", true, reason, vec![run_origin]);
             let kernel = Kernel::Equilibrium { residual: run.residual.value };
             order.after.push(self.pass("equilibrium", kernel, &["position"], &["position"], run_origin));
-        } else if self.decide("settle", "", settles, settle_reason(settles), vec![run_origin]) {
-            let kernel = Kernel::Settle { residual: 1e-3 };
+        } else if self.decide("settle", "", settles, settle_reason(settles, self.has_stages()), vec![run_origin]) {
+            // Sheets of springs take the run's where it is written; the default is that of Newton's method.
+            let written = run.residual.origin.how != How::Default && !self.pieces.is_empty();
+            let kernel = Kernel::Settle { residual: if written { run.residual.value } else { SETTLED } };
             order.after.push(self.pass("settle", kernel, &["velocity"], &["velocity"], run_origin));
         }
     }
 
     fn refuse_unrunnable(&mut self, run: &Run) {
-        if let Extents::Stages(stages) = &run.extent {
-            let found = Diagnostic::error("E0850", "`stages` are not available yet", stages.span(), "cannot run")
-                .note("Give the run a `duration`, or `solve = static`.");
-            self.diagnostics.push(found);
-        }
         if run.precision.value == crate::scene::Precision::F32 {
             let found =
                 Diagnostic::error("E0855", "single precision is not available yet", run.precision.span(), "cannot run");
@@ -183,12 +187,19 @@ impl Maker<'_> {
     fn actions(&mut self, order: &mut Order) {
         let scene = self.scene;
         for item in &scene.items {
+            if let ItemBody::Fix(fix) = &item.body
+                && let Some((kernel, origin)) = self.place(item, fix)
+            {
+                let name = format!("place {}", item.name);
+                order.kick.push(self.pass(&name, kernel, &["position"], &["position"], origin));
+            }
             let made = match &item.body {
                 ItemBody::Fix(fix) => self.fix(item, fix),
                 ItemBody::Pull(pull) => self.pull(item, pull),
                 ItemBody::Push(push) => self.push(item, push),
                 ItemBody::Cut(cut) => self.cut(item, cut),
                 ItemBody::Stretch(stretch) => self.stretch(item, stretch),
+                ItemBody::Release(release) => self.release(item, release),
                 ItemBody::Air(air) => self.air(item, air),
                 _ => None,
             };
@@ -300,10 +311,13 @@ impl Maker<'_> {
         }
     }
 
-    /// Gravity of the run, m/s²; what slack lines hang by.
+    /// Gravity that the run begins with, m/s²; what slack lines hang by.
     pub(super) fn gravity_of_run(&self) -> [f64; 3] {
         let run = |item: &Item| match &item.body {
-            ItemBody::Run(run) => Some(run.gravity.value),
+            ItemBody::Run(run) => {
+                let first = self.stages_of(run).first().and_then(|(_, stage)| stage.gravity.as_ref());
+                Some(first.unwrap_or(&run.gravity).value)
+            }
             _ => None,
         };
         self.scene.items.iter().find_map(run).unwrap_or([0.0; 3])
@@ -357,8 +371,15 @@ impl Maker<'_> {
     }
 }
 
-fn settle_reason(settles: bool) -> &'static str {
-    if settles { "solve = static" } else { "the run has a duration" }
+/// Force out of balance over the largest, at which kinetic damping is done.
+const SETTLED: f64 = 1e-3;
+
+fn settle_reason(settles: bool, staged: bool) -> &'static str {
+    match (settles, staged) {
+        (true, _) => "solve = static",
+        (false, true) => "the run has stages",
+        (false, false) => "the run has a duration",
+    }
 }
 
 /// Bytes and flops a node and step, and the ledger entries of a kernel: counted from the kernels' loads and stores.
@@ -373,6 +394,7 @@ fn cost(kernel: &Kernel) -> (Cost, &'static [&'static str]) {
         Kernel::Kick => (of(80.0, 6.0), &["kinetic"]),
         Kernel::Drift => (of(72.0, 6.0), &[]),
         Kernel::Fix { .. } => (of(0.0, 0.0), &["support"]),
+        Kernel::Place { .. } => (of(0.0, 0.0), &["drive"]),
         Kernel::Drive { .. } => (of(0.0, 0.0), &["drive"]),
         Kernel::SectionFrame { .. } => (of(72.0, 30.0), &[]),
         Kernel::Candidates { .. } => (of(30.0, 60.0), &[]),
@@ -388,6 +410,7 @@ fn cost(kernel: &Kernel) -> (Cost, &'static [&'static str]) {
         Kernel::Pressure(_) => (of(72.0, 30.0), &["pressure"]),
         Kernel::QuasiSteady(_) => (of(72.0, 40.0), &["air"]),
         Kernel::Cut { .. } | Kernel::Stretch { .. } => (of(0.0, 0.0), &["drive"]),
+        Kernel::Release { .. } => (of(0.0, 0.0), &[]),
         Kernel::Integrate(_) => (of(160.0, 40.0), &["kinetic", "scheme"]),
         Kernel::Equilibrium { .. } => (of(0.0, 0.0), &["settling"]),
         Kernel::Ledger => (of(80.0, 30.0), &[]),

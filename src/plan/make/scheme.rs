@@ -1,7 +1,7 @@
 //! How the run steps: leapfrog or a scheme that takes the whole step, and what bounds its step.
 
-use crate::diagnostics::Diagnostic;
-use crate::plan::{OriginId, Scheme};
+use crate::diagnostics::{Diagnostic, Span};
+use crate::plan::{Join, OriginId, PointRef, Recipe, Scheme, cost};
 use crate::scene::{Extents, Integrator, Run, Step};
 
 use super::Maker;
@@ -81,12 +81,64 @@ impl Maker<'_> {
             self.diagnostics.push(found);
         }
         self.take_tolerances(run, scheme);
+        let bodiless =
+            matches!(scheme, Some(Scheme::BackwardEuler { .. } | Scheme::Bdf2 { .. } | Scheme::Midpoint { .. }));
+        if bodiless {
+            self.refuse_carried_bodies(run.integrator.span(), "this integrator");
+        }
         if scheme == Some(Scheme::Euler) {
             self.warn_of_euler(run, run_origin, bound);
         }
         let still = Self::is_static(&run.extent);
         let equilibrium = still && alone && !self.pieces.iter().any(needs_dynamics);
+        if let (true, Extents::Static(given)) = (equilibrium, &run.extent) {
+            self.refuse_carried_bodies(given.span(), "a static run");
+        }
         Stepping { leapfrog, scheme: scheme.filter(|_| !still), equilibrium, reach: reach(scheme) }
+    }
+
+    /// Implicit steps move nodes alone: a body that turns with the lines on it would need its own rows in their equations.
+    fn refuse_carried_bodies(&mut self, given: Span, what: &str) {
+        let bodies = self.body.domains.iter().filter_map(|domain| match &domain.recipe {
+            Recipe::Bodies(bodies) => Some(bodies),
+            _ => None,
+        });
+        let bodies: Vec<_> = bodies.flatten().collect();
+        let carried = |join: &Join| match join {
+            Join::Tie { to: PointRef::Body { body, .. }, .. } => bodies.get(*body as usize).filter(|body| !body.fixed),
+            _ => None,
+        };
+        let Some(body) = self.body.joins.iter().find_map(carried) else { return };
+        let found =
+            Diagnostic::error("E0860", format!("{what} does not move bodies with lines on them yet"), given, "")
+                .also(self.origins[body.origin.0 as usize].span, format!("`{}` hangs on lines", body.name))
+                .note("Make it a `point`, which every integrator moves, or take `leapfrog`, `rk4` or `adaptive`.");
+        self.diagnostics.push(found);
+    }
+
+    /// What the run would take by leapfrog and by an implicit rule, as a note of the plan. `auto` does not take the implicit
+    /// one for a run in time by itself, even where it is cheaper: it damps what vibrates faster than its step, and whether
+    /// that matters is the user's to say.
+    pub(super) fn weigh_schemes(&mut self, run: &Run) {
+        let Some(duration) = self.length_of(run) else { return };
+        let bound = self.advice.bounds.iter().map(|bound| bound.step).fold(f64::INFINITY, f64::min);
+        if self.pieces.is_empty() || !self.chain_domains().is_empty() || !bound.is_finite() || duration <= 0.0 {
+            return;
+        }
+        if IMPLICIT_OVER.min(duration / LEAST_STEPS / bound) < 10.0 {
+            return;
+        }
+        let [explicit, implicit] = cost::explicit_and_implicit(&self.body, self.advice.nodes);
+        let steps = |step: f64| (duration / step).ceil();
+        let far = (IMPLICIT_OVER * bound).min(duration / LEAST_STEPS);
+        let [leap, back] = [steps(NET_SHARE * bound), steps(far)];
+        let [by_leap, by_back] = [leap * explicit, back * implicit];
+        self.advice.notes.push(format!(
+            "leapfrog: {leap} steps, about {}; backward_euler: {back} steps of {:.0} times the bound, about {}",
+            lasting(by_leap),
+            far / bound,
+            lasting(by_back)
+        ));
     }
 
     fn take_tolerances(&mut self, run: &Run, scheme: Option<Scheme>) {
@@ -108,12 +160,12 @@ impl Maker<'_> {
 
     /// Explicit Euler multiplies the energy of a mode by 1 + (ωh)² a step, whatever the step.
     fn warn_of_euler(&mut self, run: &Run, _: OriginId, bound: f64) {
-        let (Extents::Duration(duration), true) = (&run.extent, bound.is_finite()) else { return };
+        let (Some(duration), true) = (self.length_of(run), bound.is_finite()) else { return };
         let step = match run.step.value {
             Step::Fixed(step) => step,
             Step::Auto => EULER_SHARE * bound,
         };
-        let growth = 4.0 * step * duration.value / (bound * bound);
+        let growth = 4.0 * step * duration / (bound * bound);
         if growth > 0.01 {
             let message = "explicit Euler feeds energy into every vibration, whatever the step";
             let found = Diagnostic::warning("W0765", message, run.integrator.span(), "not for more than a comparison")
@@ -128,9 +180,9 @@ impl Maker<'_> {
     /// The step that the compiler takes for a scheme whose bound is `bound` times its reach, s; None where the bound of
     /// leapfrog decides.
     pub(super) fn scheme_step(&self, run: &Run, stepping: &Stepping, bound: f64) -> Option<(f64, String)> {
-        let duration = match &run.extent {
-            Extents::Duration(given) => given.value,
-            _ => return None,
+        let duration = match run.extent {
+            Extents::Static(_) => return None,
+            _ => self.length_of(run).unwrap_or(f64::INFINITY),
         };
         match stepping.scheme? {
             Scheme::Euler => Some((EULER_SHARE * bound, format!("{EULER_SHARE} of the stable step of leapfrog"))),
@@ -145,6 +197,15 @@ impl Maker<'_> {
                 })
             }
         }
+    }
+}
+
+/// `40 s`, `12 min`, `3.2 h`.
+fn lasting(seconds: f64) -> String {
+    match seconds {
+        s if s < 100.0 => format!("{s:.1} s"),
+        s if s < 6000.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::diagnostics::Diagnostic;
 use crate::plan::{Check, DomainId, Format, PictureView, Sink, across};
-use crate::scene::{Extents, Item, ItemBody, Picture, Probe, Record, Recorded, Run, Selection, View};
+use crate::scene::{Item, ItemBody, Picture, Probe, Record, Recorded, Run, Selection, View};
 
 use super::Maker;
 use super::domains::Place;
@@ -16,10 +16,7 @@ const CHECKPOINT: f64 = 60.0;
 impl Maker<'_> {
     pub(super) fn plan_sinks(&mut self, run: &Run) {
         let scene = self.scene;
-        let duration = match &run.extent {
-            Extents::Duration(given) => Some(given.value),
-            _ => None,
-        };
+        let duration = self.length_of(run);
         for item in &scene.items {
             match &item.body {
                 ItemBody::Probe(probe) => self.probe(item, probe),
@@ -30,6 +27,7 @@ impl Maker<'_> {
         }
         for expect in &scene.expects {
             let tape = self.tape(format!("expect {}", expect.message), &expect.condition);
+            self.refuse_strange_reductions(tape, expect.origin.span);
             let origin = self.origin(expect.origin);
             let shown = expect.shown.clone();
             self.body.sinks.push(Sink::Expect(Check { message: expect.message.clone(), tape, shown, origin }));
@@ -125,6 +123,8 @@ impl Maker<'_> {
         domains.dedup();
         let at = match &picture.at {
             Some(given) => given.value.clone(),
+            // Conditions may end stages before their time.
+            None if self.has_stages() => vec![f64::INFINITY],
             None => vec![duration.unwrap_or(f64::INFINITY)],
         };
         if let (Some(given), Some(duration)) = (&picture.at, duration)

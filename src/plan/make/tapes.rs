@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::diagnostics::Diagnostic;
 use crate::plan::{Op, Quantity, Reading, Reduction, Slot, Tape, TapeId};
-use crate::scene::{ItemId, PartsOp, Read, Scene, Signal};
+use crate::scene::{ItemBody, ItemId, PartsOp, Read, Scene, Signal};
 
 use super::Maker;
 
@@ -76,6 +76,7 @@ impl Lowering<'_> {
                 of: self.signal(of),
                 after: window.after.as_ref().map(|signal| self.signal(signal)),
                 before: window.before.as_ref().map(|signal| self.signal(signal)),
+                during: window.during.clone(),
             }),
         };
         self.push(op)
@@ -91,7 +92,9 @@ impl Lowering<'_> {
             ("nodes.z", Some(PartsOp::Smallest)) => Some(Quantity::Lowest),
             _ => None,
         };
-        match heights.or_else(|| quantity(&read.output)) {
+        let holding = matches!(item.body, ItemBody::Tie(_)) && read.output == "force";
+        let special = heights.or(holding.then_some(Quantity::HoldingForce));
+        match special.or_else(|| quantity(&read.output)) {
             Some(quantity) if read.case.is_none() => Op::Read(Reading { item: item.name.clone(), quantity }),
             _ => {
                 let message = format!("`{}.{}` cannot be read while running yet", item.name, read.output);

@@ -32,8 +32,12 @@ fn time_op(name: &str) -> TimeOp {
 pub(super) fn over_time(world: &mut dyn World, call: &Call) -> Value {
     let op = time_op(call.name);
     let count = if op == TimeOp::At { 2 } else { 1 };
-    let windowed = !matches!(op, TimeOp::At | TimeOp::Final | TimeOp::Initial);
-    let named: &[&str] = if windowed { &WINDOW } else { &[] };
+    let named: &[&str] = match op {
+        TimeOp::At => &[],
+        // The first and the last of a stage.
+        TimeOp::Final | TimeOp::Initial => &["during"],
+        _ => &WINDOW,
+    };
     let Some(given) = call.exactly(world, count, named) else { return Value::Poison };
     let (value, at) = &given[0];
     let Some(mut window) = window(world, call) else { return Value::Poison };
@@ -48,6 +52,11 @@ fn reduced(world: &mut dyn World, call: &Call, op: TimeOp, value: &Value, at: Sp
     match value {
         Value::Poison => Value::Poison,
         Value::Item(item) if op == TimeOp::Final => match item.case {
+            Some(_) if window.during.is_some() => {
+                let message = "a case starts from the end of another one, not from the end of a stage";
+                world.report(Diagnostic::error("E0604", message, at, "a whole state"));
+                Value::Poison
+            }
             Some(case) => Value::State { case, item: item.item },
             None => {
                 let message = format!("`final({})` is the end of this very run", item.name);

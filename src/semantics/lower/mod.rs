@@ -18,23 +18,19 @@ pub use de::{LowerError, from_object};
 pub use draft::{draft_from_wif, draft_of};
 
 /// Fields that are declared and checked, and that no pass reads yet; a block that writes one cannot run.
-pub const NOT_YET: [(&str, &str, &str); 10] = [
+pub const NOT_YET: [(&str, &str, &str); 6] = [
     ("strand", "position", "placing of strands other than by `between`"),
     ("strand", "turn", "placing of strands other than by `between`"),
-    ("action", "during", "stages"),
-    ("fix", "to", "moved places"),
     ("line", "position", "placing of lines other than by their places"),
     ("line", "turn", "placing of lines other than by their places"),
-    ("seam", "bending", "seams that resist bending"),
-    ("seam", "efficiency", "cloth that tears"),
     ("run", "accuracy", "error control"),
     ("run", "judged_by", "error control"),
 ];
 
 /// The kinds that have a struct.
-const LOWERED: [&str; 19] = [
-    "weave", "strand", "body", "cloth", "gore", "seam", "line", "canopy", "air", "fix", "pull", "push", "cut",
-    "stretch", "contact", "run", "record", "picture", "probe",
+const LOWERED: [&str; 22] = [
+    "weave", "strand", "body", "cloth", "gore", "seam", "tie", "line", "canopy", "air", "fix", "pull", "push", "cut",
+    "release", "stretch", "contact", "stage", "run", "record", "picture", "probe",
 ];
 
 /// Fields of `air` that only a flow solver reads.
@@ -100,11 +96,14 @@ impl Elaborator<'_> {
             "cloth" => ItemBody::Cloth(from_object(object, kinds)?),
             "gore" => ItemBody::Gore(from_object(object, kinds)?),
             "seam" => ItemBody::Seam(from_object(object, kinds)?),
+            "tie" => ItemBody::Tie(from_object(object, kinds)?),
             "line" => ItemBody::Line(from_object(object, kinds)?),
             "canopy" => ItemBody::Canopy(from_object(object, kinds)?),
             "air" => ItemBody::Air(from_object(object, kinds)?),
             "push" => ItemBody::Push(from_object(object, kinds)?),
             "cut" => ItemBody::Cut(from_object(object, kinds)?),
+            "release" => ItemBody::Release(from_object(object, kinds)?),
+            "stage" => ItemBody::Stage(from_object(object, kinds)?),
             "stretch" => ItemBody::Stretch(from_object(object, kinds)?),
             "fix" => ItemBody::Fix(from_object(object, kinds)?),
             "pull" => ItemBody::Pull(from_object(object, kinds)?),

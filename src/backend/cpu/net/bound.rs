@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 
 use crate::backend::cpu::Refusal;
-use crate::backend::cpu::actions::Action;
+use crate::backend::cpu::actions::{Action, ActionKind};
 use crate::backend::cpu::engine::{Engine, longest_step};
 use crate::backend::observe::HaltReason;
 use crate::backend::solve::{BlockMatrix, dot};
@@ -51,9 +51,14 @@ impl Engine<'_> {
         let throughout = |action: &&Action| {
             let timing = &action.timing;
             let from_start = timing.at <= 0.0 && timing.delay <= 0.0 && timing.when.is_none();
-            action.holds_fully() && from_start && timing.until.is_none()
+            action.holds_fully() && from_start && timing.until.is_none() && timing.during.is_none()
         };
-        for action in self.actions.iter().filter(throughout) {
+        let released = |index: usize| {
+            let ends = |other: &Action| matches!(other.kind, ActionKind::Release(target) if target == index);
+            self.actions.iter().any(ends)
+        };
+        let kept = self.actions.iter().enumerate().filter(|(index, _)| !released(*index)).map(|(_, action)| action);
+        for action in kept.filter(throughout) {
             action.net.iter().for_each(|(node, _)| inverse[*node as usize] = 0.0);
         }
         inverse

@@ -110,6 +110,7 @@ impl NetRun {
 
     /// Cuts again what a checkpoint's run had cut, and hauls what it had hauled.
     pub fn redo(&mut self) {
+        self.open_seams();
         for part in 0..self.parts.len() {
             let of_part = |list: &[(u32, u32)]| -> Vec<u32> {
                 list.iter().filter(|(p, _)| *p as usize == part).map(|(_, element)| *element).collect()
@@ -128,7 +129,7 @@ impl NetRun {
 
 impl Engine<'_> {
     /// How long ago the present positions were counted from: a step, or nothing where velocities stand with them.
-    fn half_open(&self) -> f64 {
+    pub(super) fn half_open(&self) -> f64 {
         if self.is_whole() { 0.0 } else { self.h }
     }
 
@@ -149,6 +150,7 @@ impl Engine<'_> {
             }
         }
         self.actions = actions;
+        self.sew_seams();
     }
 
     fn cut(&mut self, cuts: &Cuts) {
@@ -199,6 +201,7 @@ impl Engine<'_> {
         if self.net.sums.iter().any(|sums| sums.over) {
             self.break_cords();
         }
+        self.tear_seams();
         if self.net.elements.capped() {
             let net = &mut self.net;
             let corrected = net.elements.correct(&mut net.net.position, &net.net.inverse_mass);

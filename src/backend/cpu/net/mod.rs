@@ -13,6 +13,7 @@ mod loads;
 mod newton;
 mod numbering;
 mod output;
+mod seams;
 mod touch;
 mod unfold;
 mod whole;
@@ -54,6 +55,10 @@ pub enum NetKind {
         edges: [Vec<u32>; 2],
         /// N/m, what draws the edges together.
         pull: Option<TapeId>,
+        /// Some of it is still to be sewn.
+        open: bool,
+        /// It lets go over some force.
+        tears: bool,
     },
 }
 

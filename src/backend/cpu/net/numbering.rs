@@ -111,7 +111,7 @@ pub fn number(laid: &[Laid], joins: &[Join], bodies: &Bodies) -> Result<Numberin
                     }
                 }
             }
-            Join::Sew { .. } => {}
+            Join::Sew { .. } | Join::Hold { .. } => {}
         }
     }
     Ok(count_off(&flat, &mut sets, held))

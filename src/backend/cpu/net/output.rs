@@ -99,6 +99,7 @@ impl NetRun {
             Confluence => !item.confluence.is_empty(),
             DragArea => item.canopy.is_some(),
             Gap => kinds().any(|kind| matches!(kind, NetKind::Join { .. })),
+            HoldingForce => kinds().any(|kind| matches!(kind, NetKind::Join { .. })),
             Spin | BrokenYarns | ContactForce | Force | Touching => false,
         }
     }
@@ -199,7 +200,8 @@ impl Engine<'_> {
             }
             Quantity::BrokenSegments => {
                 let of_item = |(part, _): &&(u32, u32)| item.parts.contains(&(*part as usize));
-                number(net.memory.gone.iter().filter(of_item).count() as f64)
+                let torn = net.memory.torn.iter().filter(of_item).count();
+                number((net.memory.gone.iter().filter(of_item).count() + torn) as f64)
             }
             Quantity::Tension => number(net.tension(item)),
             Quantity::ProjectedArea => number(net.area_vector(item).length()),
@@ -207,6 +209,7 @@ impl Engine<'_> {
             Quantity::Confluence => net.mean(&item.confluence, &net.net.position),
             Quantity::DragArea => number(item.canopy.map_or(0.0, |canopy| net.drag_area(canopy))),
             Quantity::Gap => number(net.gap(item)),
+            Quantity::HoldingForce => number(net.holding_force(&item.parts)),
             Quantity::Lowest => number(item.nodes.iter().map(height).fold(f64::INFINITY, f64::min)),
             Quantity::Highest => number(item.nodes.iter().map(height).fold(f64::NEG_INFINITY, f64::max)),
             _ => DVec3::NAN,

@@ -5,11 +5,12 @@ use glam::{DQuat, DVec3};
 
 use super::{NetKind, NetRun};
 use crate::backend::cpu::Refusal;
+use crate::backend::cpu::actions::{Action, ActionKind};
 use crate::backend::cpu::engine::Engine;
-use crate::backend::observe::HaltReason;
+use crate::backend::observe::{HaltReason, NetView};
 use crate::geometry::sheet;
 use crate::physics::contact::cloth::{
-    ClothContact, ClothContactStats, ClothMemory, ClothRule, ClothSettings, ClothSide, Features, Part,
+    ClothContact, ClothContactStats, ClothMemory, ClothRule, ClothSettings, ClothSide, Features, Part, Refused,
 };
 use crate::plan::{ContactRule, ContactSide, DomainId, Kernel, NetSkin, OriginId, Plan, Recipe};
 
@@ -19,6 +20,11 @@ pub struct NetTouch {
     pub last: ClothContactStats,
     /// The `contact` block that each rule of the solver comes from; empty where none does.
     rules: Vec<String>,
+    /// What an oracle is told: parts, their domains, the pairs that touch, and the places of the material.
+    parts: Vec<Part>,
+    domains: Vec<DomainId>,
+    between: Vec<[ClothSide; 2]>,
+    rest: Vec<DVec3>,
     /// v* of nodes.
     kicked: Vec<DVec3>,
     /// v* and spin* of bodies.
@@ -70,9 +76,11 @@ impl Engine<'_> {
         // The side that each part belongs to.
         let mut known: Vec<DomainId> = Vec::new();
         let mut parts = Vec::new();
+        let mut domains = Vec::new();
         for skin in skins {
             if let Some(part) = part(&self.net, skin) {
                 known.push(skin.side);
+                domains.push(skin.domain);
                 parts.push(part);
             }
         }
@@ -114,24 +122,66 @@ impl Engine<'_> {
         }
         let refuse =
             |error: crate::physics::contact::cloth::FeatureError| Refusal::new(error.to_string(), Some(origin));
-        let features = Features::new(&parts, unfolded(self.plan, &self.net)).map_err(refuse)?;
+        let rest = unfolded(self.plan, &self.net);
+        let features = Features::new(&parts, rest.clone()).map_err(refuse)?;
         let mut settings = ClothSettings::for_half_thickness(thinnest);
         if parts.is_empty() {
             // A few rows between bodies are solved to the end for next to nothing.
             settings.tolerance = 1e-9 * thinnest;
         }
         let mut solver = ClothContact::new(settings, features, &laws, &self.bodies);
-        if let Some(memory) = memory {
-            solver.recall(memory);
+        match memory {
+            Some(memory) => solver.recall(memory),
+            None => self.refuse_tangled(&mut solver, &domains)?,
         }
         self.net_touch = Some(NetTouch {
             solver,
             last: ClothContactStats::default(),
             rules: kept,
+            between: laws.iter().map(|law| law.between).collect(),
+            parts,
+            domains,
+            rest,
             kicked: Vec::new(),
             bodies_kicked: Vec::new(),
         });
         Ok(())
+    }
+
+    /// Refuses a start in which cloth lies in a body, or goes through cloth, at the cloth's line.
+    fn refuse_tangled(&self, solver: &mut ClothContact, domains: &[DomainId]) -> Result<(), Refusal> {
+        let net = &self.net;
+        let held = |node: u32| net.anchors.iter().any(|anchor| anchor.node == node);
+        let Some(found) = solver.tangled(&net.net.position, &self.bodies, held) else { return Ok(()) };
+        let part = |at: u32| net.parts.iter().find(|part| part.domain == Some(domains[at as usize]));
+        let named = |side: ClothSide| match side {
+            ClothSide::Part(at) => part(at).map_or_else(String::new, |part| format!("`{}`", part.name)),
+            ClothSide::Body(body) => self
+                .body_part
+                .recipes
+                .get(body as usize)
+                .map_or_else(String::new, |recipe| format!("`{}`", recipe.name)),
+        };
+        let origin = match found.between[0] {
+            ClothSide::Part(at) => part(at).map(|part| part.origin),
+            ClothSide::Body(_) => None,
+        };
+        let [one, other] = found.between.map(named);
+        let DVec3 { x, y, z } = found.place;
+        let place = format!("near [{x:.4}, {y:.4}, {z:.4}] m");
+        let message = if found.depth > 0.0 {
+            format!(
+                "{one} starts {:.3} mm inside {other}, {place}: move one of them, or leave the pair out of `contact`",
+                1e3 * found.depth
+            )
+        } else if one == other {
+            format!("{one} starts by going through itself, {place}: contact cannot tell which side is which")
+        } else {
+            format!(
+                "{one} starts by going through {other}, {place}: move one of them, or leave the pair out of `contact`"
+            )
+        };
+        Err(Refusal::new(message, origin))
     }
 
     /// v* → v⁺ of the net and of bodies. After a scheme that took the whole step, v* is the mean velocity of that step and
@@ -242,14 +292,54 @@ impl Engine<'_> {
         totals.rebuilds += u64::from(stats.rebuilt);
         totals.sweeps += u64::from(stats.sweeps);
         totals.deepest = totals.deepest.max(stats.deepest);
-        if let Some(refused) = stats.refused {
-            let message = format!(
-                "contact cannot clear this step: things would meet after {:.0} % of it, and every way out is blocked",
-                100.0 * refused.share_of_step
-            );
-            let origin = pass(self.plan).map(|(_, _, origin)| origin);
-            self.stop(HaltReason::Penetration, message, None, origin);
+        let cloth = totals.cloth.get_or_insert_default();
+        cloth.pairs += stats.pairs as u64;
+        cloth.tests += stats.tests as u64;
+        cloth.sweeps += u64::from(stats.sweeps);
+        cloth.rounds += u64::from(stats.rounds);
+        cloth.zones += stats.zones as u64;
+        cloth.cut += u64::from(stats.parts > 0);
+        cloth.seconds.add(&stats.seconds);
+        if let Some(refused) = &stats.refused {
+            self.refuse_contact(refused);
         }
+    }
+
+    /// Stops the run where contact could not clear a step, at the line of what drives things there if anything does.
+    fn refuse_contact(&mut self, refused: &Refused) {
+        let drives = |action: &&Action| {
+            let of_net = action.net.iter().any(|(node, _)| refused.nodes.contains(node));
+            let moves = matches!(action.kind, ActionKind::Velocity(_));
+            action.acts() && moves && (of_net || action.bodies.iter().any(|body| refused.bodies.contains(body)))
+        };
+        // The first body is one that moves, where one does.
+        let of_first = |action: &&Action| refused.bodies.first().is_some_and(|body| action.bodies.contains(body));
+        let driver = self.actions.iter().filter(drives).find(of_first).or_else(|| self.actions.iter().find(drives));
+        let done = 100.0 * refused.share_of_step;
+        let passes = &self.plan.body.passes;
+        let driven = driver.and_then(|action| {
+            let is_it = |pass: &&crate::plan::Pass| {
+                pass.name == action.name && matches!(pass.kernel, Kernel::Drive { .. } | Kernel::Fix { .. })
+            };
+            passes.iter().find(is_it).map(|pass| (action.name.clone(), pass.origin))
+        });
+        let (message, origin) = match driven {
+            Some((name, origin)) => {
+                let message = format!(
+                    "`{name}` cannot go on: what it moves leaves no room for the thickness of what lies between (after \
+                     {done:.1} % of this step, however short its parts are)"
+                );
+                (message, Some(origin))
+            }
+            None => {
+                let message = format!(
+                    "contact cannot clear this step: things would meet after {done:.1} % of it, every way out is blocked, \
+                     and shorter parts of the step do not help"
+                );
+                (message, pass(self.plan).map(|(_, _, origin)| origin))
+            }
+        };
+        self.stop(HaltReason::Penetration, message, None, origin);
     }
 
     fn book_whole_body_contact(&mut self, i: usize, kicked: DVec3, kicked_spin: DVec3) {
@@ -282,6 +372,14 @@ impl Engine<'_> {
             touch.rules.iter().zip(&touch.last.rules).any(|(rule, totals)| rule == item && totals.exchanged > 0.0)
         };
         self.net_touch.as_ref().is_some_and(pressed)
+    }
+
+    /// What an oracle may see of the net in a step that began at these places.
+    pub(in crate::backend::cpu) fn net_view<'a>(&'a self, before: &'a [DVec3]) -> Option<NetView<'a>> {
+        let touch = self.net_touch.as_ref().filter(|touch| !touch.parts.is_empty())?;
+        let after = &self.net.net.position;
+        let NetTouch { rest, parts, domains, between, .. } = touch;
+        Some(NetView { before, after, rest, parts, domains, between })
     }
 
     /// What the next step takes over; empty without contact of the net.

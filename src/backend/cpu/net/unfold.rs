@@ -9,8 +9,8 @@ use super::{NetKind, NetPart, NetRun, Wrench, loads};
 use crate::backend::cpu::Refusal;
 use crate::backend::state::NetState;
 use crate::physics::Bodies;
-use crate::physics::net::{Builder, Elements, Net, NodeSums, PartId, PartSums, Strip, line_mass, lumped_mass};
-use crate::plan::{DomainId, EdgeRef, Join, Plan, Recipe};
+use crate::physics::net::{self, Builder, Elements, Net, NodeSums, PartId, PartSums, Strip, line_mass, lumped_mass};
+use crate::plan::{DomainId, EdgeRef, HeldPair, Join, Plan, Recipe, SeamLaw};
 
 /// Nodes of a block where the plan has no say.
 const BLOCK: usize = 2048;
@@ -73,7 +73,7 @@ pub fn unfold(plan: &Plan, bodies: &mut Bodies) -> Result<NetRun, Refusal> {
     let free_inverse_mass = inverse_masses(&parts, &numbering, &mut net)?;
     let count = numbering.count;
     let sums = vec![PartSums::default(); parts.len()];
-    Ok(NetRun {
+    let mut run = NetRun {
         before: vec![DVec3::ZERO; count],
         kicked: NodeSums::default(),
         plain: parts.len() == 1 && numbering.anchors.is_empty(),
@@ -101,7 +101,9 @@ pub fn unfold(plan: &Plan, bodies: &mut Bodies) -> Result<NetRun, Refusal> {
         parts,
         free_inverse_mass,
         sums,
-    })
+    };
+    run.open_seams();
+    Ok(run)
 }
 
 /// Where several domains share a node the first gives its place; velocities must agree, so any does.
@@ -147,6 +149,16 @@ fn add_joins(
         let (name, edges, tape, strip, origin) = match join {
             Join::Weld { name, edges, tape, origin } => (name, edges, tape.as_ref(), None, *origin),
             Join::Sew { name, edges, law, origin } => (name, edges, law.tape.as_ref(), Some(law), *origin),
+            Join::Hold { name, pairs, breaks_at, origin } => {
+                let holds = tied(laid, numbering, pairs, *breaks_at, &net.position);
+                builder.add_holds(PartId(parts.len() as u32), holds, Vec::new());
+                let edges = [|pair: &HeldPair| pair.node, |pair: &HeldPair| pair.to];
+                let edges =
+                    edges.map(|of| pairs.iter().filter_map(|pair| net_node(laid, numbering, of(pair))).collect());
+                let kind = NetKind::Join { edges, pull: None, open: false, tears: breaks_at.is_some() };
+                parts.push(join_part(name, *origin, kind));
+                continue;
+            }
             Join::Tie { .. } => continue,
         };
         let [Some((first, lengths)), Some((mut second, mut other))] =
@@ -164,16 +176,78 @@ fn add_joins(
                 second.reverse();
                 other.reverse();
             }
-            builder.add_strip(id, &Strip { edges: [&first, &second], spacing: [&lengths, &other] }, law);
+            let shape = Strip { edges: [&first, &second], spacing: [&lengths, &other] };
+            let holds = net::holds(&shape, law);
+            let folds = strip_folds(plan, laid, numbering, edges, [&first, &second], &holds, law);
+            builder.add_holds(id, holds, folds);
         }
-        parts.push(NetPart {
-            domain: None,
-            name: name.clone(),
-            origin,
-            kind: NetKind::Join { edges: [first, second], pull: strip.and_then(|law| law.pull) },
-            node_of: Vec::new(),
-            owned: 0..0,
-        });
+        let pull = strip.and_then(|law| law.pull);
+        let tears = strip.is_some_and(|law| law.strength.is_some());
+        let kind = NetKind::Join { edges: [first, second], pull, open: pull.is_some(), tears };
+        parts.push(join_part(name, origin, kind));
+    }
+}
+
+fn join_part(name: &str, origin: crate::plan::OriginId, kind: NetKind) -> NetPart {
+    NetPart { domain: None, name: name.to_owned(), origin, kind, node_of: Vec::new(), owned: 0..0 }
+}
+
+fn net_node(laid: &[Laid], numbering: &Numbering, (domain, node): (DomainId, u32)) -> Option<u32> {
+    let index = laid.iter().position(|part| part.domain == domain)?;
+    numbering.node_of[index].get(node as usize).copied()
+}
+
+/// The holds of a tie, each at the distance that its nodes have at the start.
+fn tied(
+    laid: &[Laid],
+    numbering: &Numbering,
+    pairs: &[HeldPair],
+    breaks_at: Option<f64>,
+    places: &[DVec3],
+) -> Vec<([u32; 3], net::Hold)> {
+    let mut holds = Vec::new();
+    for pair in pairs {
+        let ends = [pair.node, pair.to].map(|end| net_node(laid, numbering, end));
+        if let [Some(a), Some(b)] = ends {
+            let distance = places[a as usize].distance(places[b as usize]);
+            holds.push(net::tie([a, b], holds.len() as u32, distance, pair.stiffness, breaks_at));
+        }
+    }
+    holds
+}
+
+/// What keeps the strip of a seam from folding; nothing where it has no bending stiffness.
+fn strip_folds(
+    plan: &Plan,
+    laid: &[Laid],
+    numbering: &Numbering,
+    edges: &[EdgeRef; 2],
+    rows: [&[u32]; 2],
+    holds: &[([u32; 3], net::Hold)],
+    law: &SeamLaw,
+) -> Vec<(u32, net::Patch)> {
+    let own_row = |edge: &EdgeRef, row: &[u32]| -> Option<(usize, Vec<u32>)> {
+        let index = laid.iter().position(|part| part.domain == edge.domain)?;
+        let mut own = laid[index].mesh.as_ref()?.edges.get(&edge.edge)?.clone();
+        if own.first().map(|node| numbering.node_of[index][*node as usize]) != row.first().copied() {
+            own.reverse();
+        }
+        Some((index, own))
+    };
+    let [Some(a), Some(b)] = [own_row(&edges[0], rows[0]), own_row(&edges[1], rows[1])] else { return Vec::new() };
+    fn side<'a>(
+        plan: &'a Plan,
+        laid: &'a [Laid],
+        numbering: &'a Numbering,
+        of: &'a (usize, Vec<u32>),
+    ) -> Option<net::Side<'a>> {
+        let part = &laid[of.0];
+        let Recipe::Sheet { law, .. } = &plan.body.domains[part.domain.0 as usize].recipe else { return None };
+        Some(net::Side { mesh: part.mesh.as_ref()?, law, row: &of.1, node_of: &numbering.node_of[of.0] })
+    }
+    match [side(plan, laid, numbering, &a), side(plan, laid, numbering, &b)] {
+        [Some(a), Some(b)] => net::folds([a, b], holds, law),
+        _ => Vec::new(),
     }
 }
 

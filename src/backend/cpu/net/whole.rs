@@ -63,6 +63,11 @@ impl Engine<'_> {
         self.program.scheme.is_some() || self.program.equilibrium.is_some()
     }
 
+    /// Whether velocities stand half a step behind.
+    pub(in crate::backend::cpu) fn leapfrogs(&self) -> bool {
+        !self.is_whole() && self.program.leapfrog
+    }
+
     /// Refuses what a scheme that takes the whole step cannot carry.
     pub(in crate::backend::cpu) fn check_scheme(&self) -> Result<(), Refusal> {
         let takes = |pass: &&Pass| matches!(pass.kernel, Kernel::Integrate(_) | Kernel::Equilibrium { .. });

@@ -36,6 +36,8 @@ pub(super) struct Candidates {
     pub trees: Vec<Tree>,
     pub pairs: Vec<Pair>,
     pub reference: Reference,
+    /// Least width of the elements at each node, in the material, m.
+    width: Vec<f64>,
     leaves: Vec<LeafPair>,
     /// Of every element, grown by its thickness and the radius of its nodes.
     boxes: Vec<Aabb>,
@@ -55,8 +57,11 @@ struct LeafPair {
 /// Leaf pairs looked at by one task.
 const BATCH: usize = 256;
 
-/// Steps at the present speed that a node's radius allows for.
-const AHEAD: f64 = 4.0;
+/// Steps at the present speed that a node's radius allows for; more of them where the radius stays under a small share of
+/// the element's least width, for there it costs next to no candidates.
+pub(super) const AHEAD: f64 = 4.0;
+const FAR_AHEAD: f64 = 24.0;
+const SMALL: f64 = 0.12;
 
 /// Mean of vectors in a fixed order.
 pub(super) fn mean(vectors: impl ExactSizeIterator<Item = DVec3>) -> DVec3 {
@@ -72,7 +77,15 @@ impl Candidates {
         };
         let trees: Vec<Tree> = features.parts.iter().map(|range| Tree::build(range.clone(), middle)).collect();
         let contours = super::cull::Contours::new(features, &trees);
-        Self { trees, contours, ..Self::default() }
+        let mut width = vec![f64::INFINITY; features.nodes];
+        for element in &features.elements {
+            let [a, b, c] = element.nodes.map(|n| features.rest[n as usize]);
+            let longest = (b - a).length().max((c - b).length()).max((a - c).length());
+            let least = if element.is_face() { (b - a).cross(c - a).length() / longest } else { longest };
+            element.corners().iter().for_each(|n| width[*n as usize] = width[*n as usize].min(least));
+        }
+        // Nodes of no element touch nothing.
+        Self { trees, contours, width, ..Self::default() }
     }
 
     /// Whether the lists hold for a step of `h` s from `x` with velocities `v`.
@@ -96,7 +109,10 @@ impl Candidates {
         self.reference.position.clear();
         self.reference.position.extend_from_slice(x);
         self.reference.radius.clear();
-        self.reference.radius.extend(v.iter().map(|v| 0.5 * skin + AHEAD * h * (*v - drift).length()));
+        self.reference.radius.extend(v.iter().zip(&self.width).map(|(v, width)| {
+            let path = h * (*v - drift).length();
+            (0.5 * skin + AHEAD * path).max((0.5 * skin + FAR_AHEAD * path).min(SMALL * width))
+        }));
     }
 
     /// Makes the lists at the reference.
@@ -127,6 +143,19 @@ impl Candidates {
             }
         }
         self.list(features, parallel);
+    }
+
+    /// Calls `with` for all pairs of elements whose boxes met when the lists were made.
+    pub fn each_meeting(&self, mut with: impl FnMut(u32, u32)) {
+        for leaf in &self.leaves {
+            let [a, b] = [0, 1].map(|k| self.trees[leaf.parts[k] as usize].elements(leaf.leaves[k]));
+            let same = leaf.parts[0] == leaf.parts[1] && leaf.leaves[0] == leaf.leaves[1];
+            for (k, &e) in a.iter().enumerate() {
+                let others = if same { &b[k + 1..] } else { b };
+                let meeting = others.iter().filter(|f| self.boxes[e as usize].meets(&self.boxes[**f as usize]));
+                meeting.for_each(|f| with(e, *f));
+            }
+        }
     }
 
     fn list(&mut self, features: &Features, parallel: bool) {

@@ -4,11 +4,15 @@
 //!
 //! Which touches are active follows from the present state alone, and rows are sorted by the ids of their features.
 
+mod begin;
 mod candidates;
 mod cull;
+mod cut;
+mod edges;
 mod features;
 mod law;
 mod narrow;
+mod nearby;
 mod pairs;
 mod response;
 mod rows;
@@ -23,18 +27,19 @@ mod zones;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+pub use begin::Tangle;
 pub use features::{FeatureError, Features, Part};
 pub use law::{ClothRule, ClothSide};
 pub use stats::{ClothContactStats, ClothSeconds, Refused};
 
 use candidates::Candidates;
 use law::Laws;
+use nearby::{Berth, Found, Nearby};
 use pairs::{BodyMeet, Skeleton};
 use response::Islands;
 use rows::{Key, Rigid, Row};
 use shapes::Course;
 use sweep::{Hit, Hits};
-use touching::BodyPair;
 use zones::Zones;
 
 use super::super::Bodies;
@@ -46,7 +51,7 @@ pub struct ClothSettings {
     pub skin: f64,
     /// Most Gauss–Seidel sweeps of an island in a round.
     pub sweeps: u32,
-    /// Overlaps up to this are left, m; an island is solved when no impulse moves its touch by more than a thirty-second of it.
+    /// Overlaps up to this are left, m; an island is solved when no impulse moves its touch by more than an eighth of it.
     pub tolerance: f64,
     /// Distance at which two bodies touch, m; small beside them, for nothing keeps a resting body from the last of it.
     pub margin: f64,
@@ -73,7 +78,14 @@ pub struct ClothContact {
     zones: Zones,
     /// Distance of each candidate at the start of the step, m.
     distances: Vec<f64>,
-    with_bodies: Vec<BodyPair>,
+    /// Elements near each body, where each body was when they were listed, and the net's path from its reference to then, m.
+    nearby: Vec<Nearby>,
+    berths: Vec<Berth>,
+    berth_drifts: Vec<DVec3>,
+    found: Vec<Found>,
+    solids: Vec<crate::geometry::Solid>,
+    /// Room for a place of each node in a list.
+    place_of: Vec<u32>,
     rows: Vec<Row>,
     room: Vec<narrow::Room>,
     hit_room: Vec<Hits>,
@@ -97,6 +109,8 @@ pub struct ClothMemory {
     step: f64,
     position: Vec<DVec3>,
     radius: Vec<f64>,
+    berths: Vec<Berth>,
+    drifts: Vec<DVec3>,
 }
 
 impl ClothContact {
@@ -107,14 +121,22 @@ impl ClothContact {
             let (middle, half) = solid.bounding_box();
             solid.bounding_radius().max(middle.length() + half.length())
         });
+        let laws = Laws::new(rules, features.parts.len(), count);
+        let pairs = (0..count as u32).flat_map(|b| (0..features.parts.len() as u32).map(move |p| (b, p)));
+        let nearby = pairs.filter_map(|(b, p)| laws.of_body(p, b).map(|rule| Nearby::new(b, p, rule))).collect();
         Self {
             settings,
-            laws: Laws::new(rules, features.parts.len(), count),
+            laws,
             candidates: Candidates::new(&features),
             islands: Islands::new(features.nodes, count),
             zones: Zones::new(features.nodes, count),
             distances: Vec::new(),
-            with_bodies: Vec::new(),
+            nearby,
+            berths: Vec::new(),
+            berth_drifts: Vec::new(),
+            found: Vec::new(),
+            solids: bodies.solids.clone(),
+            place_of: vec![0; features.nodes],
             rows: Vec::new(),
             room: Vec::new(),
             hit_room: Vec::new(),
@@ -139,6 +161,8 @@ impl ClothContact {
             step: self.last_h,
             position: self.candidates.reference.position.clone(),
             radius: self.candidates.reference.radius.clone(),
+            berths: self.berths.clone(),
+            drifts: self.berth_drifts.clone(),
         }
     }
 
@@ -150,13 +174,16 @@ impl ClothContact {
         self.candidates.reference.radius = memory.radius;
         if !self.candidates.reference.position.is_empty() {
             self.candidates.seek(&self.features, &self.laws, false);
+            (self.berths, self.berth_drifts) = (memory.berths, memory.drifts);
+            (0..self.berths.len()).for_each(|b| self.list_nearby(b));
         }
     }
 
     /// Corrects the velocities of a step of `h` s, after the kick and before the drift x ← x + h·v (bodies turn freely).
     /// `position` (m) and `approach` (m/s) are the nodes' at the start of the step, `velocity` (m/s) after the kick;
     /// `inverse_mass` (1/kg) is zero for nodes that are held or driven. Runs on `pool`, or on the calling thread where there is
-    /// none; the bits are the same. Where the answer is `refused`, nothing was changed.
+    /// none; the bits are the same. A step that cannot be cleared is taken in parts, and the velocities are then the means
+    /// over them. Where the answer is `refused`, nothing was changed.
     #[allow(clippy::too_many_arguments)]
     pub fn solve(
         &mut self,
@@ -173,9 +200,13 @@ impl ClothContact {
             return ClothContactStats { body_impulse, ..ClothContactStats::default() };
         }
         let net = step::Net { h, position, approach, inverse_mass };
+        let mut whole = |parallel: bool| {
+            let stats = self.step(net, velocity, bodies, parallel);
+            if stats.refused.is_some() { self.cut(net, velocity, bodies, parallel, stats) } else { stats }
+        };
         match pool {
-            Some(pool) if pool.current_num_threads() > 1 => pool.install(|| self.step(net, velocity, bodies, true)),
-            _ => self.step(net, velocity, bodies, false),
+            Some(pool) if pool.current_num_threads() > 1 => pool.install(|| whole(true)),
+            _ => whole(false),
         }
     }
 }

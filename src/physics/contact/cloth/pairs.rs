@@ -194,7 +194,7 @@ impl BodyMeet<'_> {
             return None;
         }
         let kept = 0.5 * self.margin.min(first);
-        let share = advance(first - kept, self.closing(), |share| gap(share) - kept)?;
+        let share = advance(first - kept, 0.1 * (first - kept), self.closing(), |share| gap(share) - kept)?;
         let (_, normal, [p, q]) = apart(self.solids, poses(share)).or_else(|| apart(self.solids, poses(0.0)))?;
         // Both places carried back tell how far apart they were.
         let then = poses(share);

@@ -10,6 +10,9 @@ use crate::physics::Bodies;
 /// Steps over which an overlap beyond the tolerance is parted.
 const PARTING: f64 = 64.0;
 
+/// An island is solved when no impulse moves its touch by more than this share of the tolerance.
+pub(super) const SETTLED: f64 = 0.125;
+
 /// What the response needs to know of a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Task {
@@ -149,7 +152,7 @@ pub(super) fn solve(rows: &mut [Row], islands: &Islands, motion: &mut Motion<'_>
     let (mut most, mut unresolved) = (0, 0.0_f64);
     for ends in islands.starts.windows(2) {
         let island = &islands.rows[ends[0] as usize..ends[1] as usize];
-        let settled = task.tolerance / 32.0 / task.h;
+        let settled = SETTLED * task.tolerance / task.h;
         let mut residual = 0.0;
         for sweep in 0..task.sweeps {
             residual = 0.0_f64;
@@ -188,7 +191,8 @@ pub(super) fn book(
         let totals = &mut rules[row.rule as usize];
         totals.normal -= row.push * row.normal.dot(mean);
         totals.friction -= row.rub.dot(mean);
-        totals.parting += row.push * task.parting(row.gap);
+        let parting = if row.key.round == 0 { task.parting(row.gap) } else { row.target.max(0.0) };
+        totals.parting += row.push * parting;
         totals.exchanged += (row.push + row.rub.length()) * 0.5 * (first.length() + last.length());
     }
 }

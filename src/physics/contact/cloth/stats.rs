@@ -23,13 +23,25 @@ impl ClothSeconds {
     pub fn sum(&self) -> f64 {
         self.candidates + self.narrow + self.response + self.sweep + self.zones
     }
+
+    /// Adds another account to this one.
+    pub fn add(&mut self, other: &Self) {
+        self.candidates += other.candidates;
+        self.narrow += other.narrow;
+        self.response += other.response;
+        self.sweep += other.sweep;
+        self.zones += other.zones;
+    }
 }
 
-/// Contact could not clear the step: the velocities are as they were given, and the caller should take a shorter step.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Contact could not clear the step, not even in short parts: the velocities are as they were given.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Refused {
-    /// Share of the step before the first meeting that is left, 0…1.
+    /// Share of the step that can be done, 0…1.
     pub share_of_step: f64,
+    /// Bodies and nodes that are driven and move, or are held, among what is stuck there: the moving ones first.
+    pub bodies: Vec<u32>,
+    pub nodes: Vec<u32>,
 }
 
 /// One step of cloth contact.
@@ -63,4 +75,30 @@ pub struct ClothContactStats {
     /// Impulse (N·s) on each body and its moment about the body's centre (N·m·s).
     pub body_impulse: Vec<[DVec3; 2]>,
     pub refused: Option<Refused>,
+    /// Parts that the step was taken in; zero where it was taken whole.
+    pub parts: u32,
+}
+
+impl ClothContactStats {
+    /// Takes over the costs and the impulses of a part of the step; what stands for the state is that of the latest one.
+    pub(super) fn add(&mut self, part: Self) {
+        self.tests += part.tests;
+        self.rounds += part.rounds;
+        self.rebuilt |= part.rebuilt;
+        self.sweeps = self.sweeps.max(part.sweeps);
+        self.seconds.add(&part.seconds);
+        self.zones = self.zones.max(part.zones);
+        self.zone_nodes = self.zone_nodes.max(part.zone_nodes);
+        self.deepest = self.deepest.max(part.deepest);
+        (self.pairs, self.rows, self.pressed) = (part.pairs, part.rows, part.pressed);
+        self.unresolved = part.unresolved;
+        if part.refused.is_some() {
+            return;
+        }
+        self.zone_loss += part.zone_loss;
+        self.rules.iter_mut().zip(&part.rules).for_each(|(sum, rule)| sum.add(rule));
+        for (sum, impulse) in self.body_impulse.iter_mut().zip(&part.body_impulse) {
+            (sum[0], sum[1]) = (sum[0] + impulse[0], sum[1] + impulse[1]);
+        }
+    }
 }

@@ -5,8 +5,9 @@ use std::time::Instant;
 use glam::DVec3;
 
 use super::super::stats::RuleTotals;
-use super::candidates::mean;
-use super::response::{Task, book, gained, solve, take_bodies};
+use super::candidates::{AHEAD, mean};
+use super::nearby::Ground;
+use super::response::{SETTLED, Task, book, gained, solve, take_bodies};
 use super::rows::{Motion, Row};
 use super::shapes::Pose;
 use super::touching::Scene;
@@ -21,6 +22,9 @@ pub(super) struct Net<'a> {
     pub approach: &'a [DVec3],
     pub inverse_mass: &'a [f64],
 }
+
+/// Rounds in which what only ends a little too near gets rows.
+const SOFT_ROUNDS: u32 = 3;
 
 impl ClothContact {
     pub(super) fn step(
@@ -57,6 +61,7 @@ impl ClothContact {
                 self.respond(net, velocity, &task, &mut stats);
             }
             self.look_ahead(net, velocity, bodies, &mut stats, parallel);
+            self.leave_settled(net, velocity, stats.rounds);
             if self.hits.is_empty() {
                 clear = true;
                 break;
@@ -70,8 +75,10 @@ impl ClothContact {
         if clear {
             self.finish(net, bodies);
         } else {
-            let share = self.hits.iter().map(|hit| hit.share).fold(1.0, f64::min);
-            stats.refused = Some(Refused { share_of_step: share });
+            stats.refused = Some(self.stuck(net, &stats));
+            stats.rules.fill(RuleTotals::default());
+            stats.body_impulse.fill([DVec3::ZERO; 2]);
+            stats.zone_loss = 0.0;
             velocity.copy_from_slice(&self.before);
         }
         stats
@@ -97,24 +104,66 @@ impl ClothContact {
         if !self.candidates.hold(net.h, net.position, v) {
             self.candidates.refer(net.h, net.position, v, self.settings.skin);
             self.candidates.seek(&self.features, &self.laws, parallel);
+            self.berths.clear();
             stats.rebuilt = true;
         }
-        stats.pairs = self.candidates.pairs.len();
+        self.keep_nearby(net, v);
+        stats.pairs = self.candidates.pairs.len() + self.nearby.iter().map(|near| near.elements.len()).sum::<usize>();
         stats.seconds.candidates += clock.elapsed().as_secs_f64();
     }
 
-    fn scene<'a>(&'a self, net: Net<'a>, velocity: &'a [DVec3], bodies: &'a Bodies) -> Scene<'a> {
+    /// Lists what is near bodies anew where the net was listed anew, or where a body left its berth.
+    fn keep_nearby(&mut self, net: Net<'_>, v: &[DVec3]) {
         let then = &self.candidates.reference.position;
+        let drifted = mean(net.position.iter().zip(then).map(|(x, r)| *x - *r));
+        let drift = net.h * mean(v.iter().copied());
+        let all = self.berths.len() == self.courses.len();
+        if !all {
+            self.berths.clear();
+        }
+        for b in 0..self.courses.len() {
+            let course = &self.courses[b];
+            if all && self.berths[b].holds(course, drifted - self.berth_drifts[b], drift) {
+                continue;
+            }
+            let berth = Berth::new(course, drift, self.settings.skin, AHEAD);
+            if all {
+                (self.berths[b], self.berth_drifts[b]) = (berth, drifted);
+            } else {
+                self.berths.push(berth);
+                self.berth_drifts.resize(self.berths.len(), drifted);
+                self.berth_drifts[b] = drifted;
+            }
+            self.list_nearby(b);
+        }
+    }
+
+    /// Lists what is near one body from its berth.
+    pub(super) fn list_nearby(&mut self, body: usize) {
+        let mut lists = std::mem::take(&mut self.nearby);
+        for near in lists.iter_mut().filter(|near| near.body as usize == body) {
+            let ground = Ground {
+                features: &self.features,
+                tree: &self.candidates.trees[near.part as usize],
+                solid: &self.solids[body],
+                radius: self.radii[body],
+                berth: self.berths[body],
+                drifted: self.berth_drifts[body],
+                floor: self.settings.tolerance,
+            };
+            near.list(&ground, &mut self.stack, &mut self.place_of);
+        }
+        self.nearby = lists;
+    }
+
+    fn scene<'a>(&'a self, net: Net<'a>, velocity: &'a [DVec3], bodies: &'a Bodies) -> Scene<'a> {
         Scene {
             features: &self.features,
-            trees: &self.candidates.trees,
             solids: &bodies.solids,
             courses: &self.courses,
             h: net.h,
             position: net.position,
             velocity,
-            drift: mean(velocity.iter().copied()),
-            drifted: mean(net.position.iter().zip(then).map(|(x, r)| *x - *r)),
             floor: 0.5 * self.settings.tolerance,
         }
     }
@@ -132,7 +181,13 @@ impl ClothContact {
         let mut rows = std::mem::take(&mut self.rows);
         rows.clear();
         self.measure(net, velocity, Some(&mut rows), stats, parallel);
-        self.seek_near_bodies(net, velocity, bodies, Some(&mut rows), stats);
+        let mut nearby = std::mem::take(&mut self.nearby);
+        let mut found = std::mem::take(&mut self.found);
+        let scene = self.scene(net, velocity, bodies);
+        for near in &mut nearby {
+            stats.tests += scene.rows_near(near, &mut found, &mut rows, parallel);
+        }
+        (self.nearby, self.found) = (nearby, found);
         self.each_body_pair(bodies, |pair, skeletons| pair.rows(skeletons, &mut rows));
         // Of two measures of one touch the nearer counts.
         rows.sort_unstable_by(|p, q| p.key.cmp(&q.key).then(p.gap.total_cmp(&q.gap)).then(p.rule.cmp(&q.rule)));
@@ -157,34 +212,6 @@ impl ClothContact {
         let place = narrow::Place { features: &self.features, h: net.h, position: net.position, velocity, floor };
         narrow::measure(&place, pairs, &mut self.distances, &mut self.room, rows, parallel);
         stats.tests += pairs.len();
-    }
-
-    /// Elements near bodies, with their rows where they are asked for.
-    fn seek_near_bodies(
-        &mut self,
-        net: Net<'_>,
-        velocity: &[DVec3],
-        bodies: &Bodies,
-        rows: Option<&mut Vec<Row>>,
-        stats: &mut ClothContactStats,
-    ) {
-        let mut list = std::mem::take(&mut self.with_bodies);
-        let mut stack = std::mem::take(&mut self.stack);
-        list.clear();
-        let scene = self.scene(net, velocity, bodies);
-        for body in 0..bodies.position.len() as u32 {
-            for part in 0..self.features.parts.len() as u32 {
-                if let Some(rule) = self.laws.of_body(part, body) {
-                    scene.near(body, part, rule, &mut stack, &mut list);
-                }
-            }
-        }
-        stats.tests += list.len();
-        if let Some(rows) = rows {
-            list.retain_mut(|pair| scene.rows(pair, rows));
-        }
-        self.with_bodies = list;
-        self.stack = stack;
     }
 
     /// Pairs of bodies that can meet within the step.
@@ -278,17 +305,32 @@ impl ClothContact {
             self.measure(net, velocity, None, stats, parallel);
         }
         stats.rebuilt |= had;
-        self.seek_near_bodies(net, velocity, bodies, None, stats);
         let mut room = std::mem::take(&mut self.hit_room);
         let mut hits = std::mem::take(&mut self.hits);
+        let mut nearby = std::mem::take(&mut self.nearby);
+        let mut found = std::mem::take(&mut self.found);
         let scene = self.scene(net, velocity, bodies);
-        let (pairs, near) = (&self.candidates.pairs, &self.with_bodies);
-        stats.tests += sweep::sweep(&scene, pairs, &self.distances, near, &mut room, &mut hits, parallel);
+        let pairs = &self.candidates.pairs;
+        stats.tests += sweep::sweep(&scene, pairs, &self.distances, &mut room, &mut hits, parallel);
+        for near in &mut nearby {
+            stats.tests += sweep::sweep_near(&scene, near, &mut found, &mut hits, parallel);
+        }
+        (self.nearby, self.found) = (nearby, found);
         self.each_body_pair(bodies, |pair, _| {
-            hits.extend(pair.meets().map(|(share, row)| Hit { share, row }));
+            hits.extend(pair.meets().map(|(share, row)| Hit { share, row, hard: true }));
         });
         (self.hit_room, self.hits) = (room, hits);
         stats.seconds.sweep += clock.elapsed().as_secs_f64();
+    }
+
+    /// Drops hits that only end a little too near and whose row would do nothing, and all such after a few rounds: what is left
+    /// of the thickness there the rows of the next step win back.
+    fn leave_settled(&mut self, net: Net<'_>, velocity: &[DVec3], round: u32) {
+        let Self { hits, bodies, settings, .. } = self;
+        let settled = |row: &Row| {
+            net.h * row.relative_of(velocity, bodies).dot(row.normal) >= -row.gap - settings.tolerance * SETTLED
+        };
+        hits.retain(|hit| hit.hard || (round <= SOFT_ROUNDS && !settled(&hit.row)));
     }
 
     /// Makes rows of the hits, in the order of their features.
@@ -356,12 +398,40 @@ impl ClothContact {
             (stats.zones, stats.zone_nodes) = (zones, self.zones.len());
             stats.seconds.zones += clock.elapsed().as_secs_f64();
             self.look_ahead(net, velocity, bodies, stats, parallel);
+            self.hits.retain(|hit| hit.hard);
             if self.hits.is_empty() {
                 stats.zone_loss = energy - self.kinetic(net, velocity, &self.bodies);
                 return stats.zone_loss >= -1e-12 * energy;
             }
         }
         false
+    }
+
+    /// What holds or drives the things that still meet.
+    fn stuck(&self, net: Net<'_>, stats: &ClothContactStats) -> Refused {
+        let mut refused =
+            Refused { share_of_step: self.hits.iter().map(|hit| hit.share).fold(1.0, f64::min), ..Refused::default() };
+        let members = self.zones.members().filter(|_| stats.zones > 0);
+        let of_hits = self.hits.iter().flat_map(|hit| {
+            let bodies = hit.row.bodies.into_iter().filter(|b| *b != super::rows::NONE);
+            let nodes = hit.row.nodes.into_iter().filter(|_| hit.row.weights != [0.0; 4]);
+            nodes.chain(bodies.map(|b| b + self.features.nodes as u32))
+        });
+        for m in members.chain(of_hits) {
+            let body = m.checked_sub(self.features.nodes as u32);
+            match body {
+                Some(b) if self.bodies[b as usize].inverse_mass == 0.0 => refused.bodies.push(b),
+                None if net.inverse_mass[m as usize] == 0.0 => refused.nodes.push(m),
+                _ => {}
+            }
+        }
+        let still = |v: DVec3| u8::from(v == DVec3::ZERO);
+        let body_still = |b: u32| still(self.bodies[b as usize].velocity + self.bodies[b as usize].spin);
+        refused.bodies.sort_unstable_by_key(|b| (body_still(*b), *b));
+        refused.bodies.dedup();
+        refused.nodes.sort_unstable_by_key(|n| (still(self.before[*n as usize]), *n));
+        refused.nodes.dedup();
+        refused
     }
 
     /// Kinetic energy of all that can move, J.

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::candidates::Pair;
 use super::narrow::{self, closing, nearest};
+use super::nearby::{Found, NearElement, NearNode, Nearby, Plane};
 use super::rows::Row;
 use super::shapes::{element_meets, element_near};
 use super::touching::{BodyPair, Scene, body_row};
@@ -16,6 +17,8 @@ pub(super) struct Hit {
     /// Share of the step.
     pub share: f64,
     pub row: Row,
+    /// It would come nearer than must be left; else it only ends a little nearer than it should.
+    pub hard: bool,
 }
 
 /// Room for the hits of one task.
@@ -46,32 +49,25 @@ pub(super) fn separation(thickness: f64, distance: f64) -> f64 {
     if distance > KEPT * thickness { KEPT * thickness } else { 0.9 * distance.max(0.0) }
 }
 
-/// All meetings of the step, in the order of the candidates. Returns the number of tests.
+/// All meetings of the net with itself in the step, in the order of the candidates. Returns the number of tests.
 pub(super) fn sweep(
     scene: &Scene<'_>,
     pairs: &[Pair],
     distances: &[f64],
-    with_bodies: &[BodyPair],
     room: &mut Vec<Hits>,
     out: &mut Vec<Hit>,
     parallel: bool,
 ) -> usize {
-    let first = pairs.len().div_ceil(BATCH);
-    let tasks = first + with_bodies.len().div_ceil(BATCH);
+    let tasks = pairs.len().div_ceil(BATCH);
     if room.len() < tasks {
         room.resize_with(tasks, Hits::default);
     }
     let one = |(task, hits): (usize, &mut Hits)| {
         hits.list.clear();
         hits.tests = 0;
-        if task < first {
-            let range = task * BATCH..pairs.len().min((task + 1) * BATCH);
-            for (pair, &distance) in pairs[range.clone()].iter().zip(&distances[range]) {
-                net_pair(scene, pair, distance, hits);
-            }
-        } else {
-            let range = (task - first) * BATCH..with_bodies.len().min((task - first + 1) * BATCH);
-            with_bodies[range].iter().for_each(|pair| body_pair(scene, pair, hits));
+        let range = task * BATCH..pairs.len().min((task + 1) * BATCH);
+        for (pair, &distance) in pairs[range.clone()].iter().zip(&distances[range]) {
+            net_pair(scene, pair, distance, hits);
         }
     };
     let used = &mut room[..tasks];
@@ -83,6 +79,27 @@ pub(super) fn sweep(
     out.clear();
     used.iter().for_each(|hits| out.extend_from_slice(&hits.list));
     used.iter().map(|hits| hits.tests).sum()
+}
+
+/// All meetings of listed elements with their body, whose rows were sought in this step. Returns the number of tests.
+pub(super) fn sweep_near(
+    scene: &Scene<'_>,
+    near: &mut Nearby,
+    room: &mut Vec<Found>,
+    out: &mut Vec<Hit>,
+    parallel: bool,
+) -> usize {
+    if near.elements.is_empty() {
+        return 0;
+    }
+    near.place(&scene.courses[near.body as usize], scene.h, scene.position, scene.velocity, parallel);
+    let (body, rule) = (near.body, near.rule);
+    let tasks = near.each(room, parallel, |nodes, element, found| {
+        let pair = BodyPair { element: element.id, body, rule };
+        body_pair(scene, &pair, nodes, element, found);
+    });
+    room[..tasks].iter().for_each(|found| out.extend_from_slice(&found.hits));
+    room[..tasks].iter().map(|found| found.tests).sum()
 }
 
 fn net_pair(scene: &Scene<'_>, pair: &Pair, distance: f64, hits: &mut Hits) {
@@ -110,45 +127,57 @@ fn net_pair(scene: &Scene<'_>, pair: &Pair, distance: f64, hits: &mut Hits) {
     // Parallel edges meet with their ends too, and those have rows.
     if let Some(mut row) = narrow::row(scene.features, pair, &near, then) {
         let apart: DVec3 = (0..4).map(|k| scene.position[row.nodes[k] as usize] * row.weights[k]).sum();
-        row.gap = allowed(apart.dot(row.normal), pair.thickness);
-        hits.list.push(Hit { share, row });
+        row.gap = allowed(apart.dot(row.normal), pair.thickness, wanted);
+        hits.list.push(Hit { share, row, hard: met.is_some() });
     }
 }
 
-/// By how much two places may close along the normal of their meeting, m, from how far they are apart along it at the start.
-fn allowed(apart: f64, thickness: f64) -> f64 {
-    (apart - thickness).max(0.0)
+/// By how much two places may close along the normal of their meeting, m, from how far they are apart along it at the start;
+/// negative where they must part to end `wanted` apart, as turning features must.
+fn allowed(apart: f64, thickness: f64, wanted: f64) -> f64 {
+    if apart >= thickness { apart - thickness } else { (apart - wanted).clamp(-2.0 * SLACK * thickness, 0.0) }
 }
 
-fn body_pair(scene: &Scene<'_>, pair: &BodyPair, hits: &mut Hits) {
+fn body_pair(scene: &Scene<'_>, pair: &BodyPair, nodes: &[NearNode], known: &mut NearElement, found: &mut Found) {
     let element = &scene.features.elements[pair.element as usize];
     let (solid, course) = (&scene.solids[pair.body as usize], &scene.courses[pair.body as usize]);
     let thickness = scene.features.half_thickness[element.part as usize];
-    let start = element.nodes.map(|n| scene.position[n as usize]);
-    let motion = element.nodes.map(|n| scene.h * scene.velocity[n as usize]);
-    let is_face = element.is_face();
-    let mut distance = pair.distance;
-    if distance == f64::INFINITY {
-        let x = start.map(|x| course.start.local(x));
-        let middle = (x[0] + x[1] + x[2]) / 3.0;
-        let far = x.iter().map(|x| (*x - middle).length_squared()).fold(0.0, f64::max).sqrt();
-        let fastest = motion.iter().map(|m| (*m - course.path).length()).fold(0.0, f64::max);
-        if solid.signed_distance(middle) - far > thickness + fastest + course.swing() {
-            return;
-        }
-        distance = element_near(x, is_face, solid).near.distance;
+    let (from, to) = (known.starts(nodes), known.ends(nodes));
+    if known.bound_over(nodes, course, from, to) >= (1.0 - SLACK) * thickness {
+        return;
     }
+    found.tests += 1;
+    let is_face = element.is_face();
+    let place = |x: [DVec3; 3], weights: [f64; 3]| -> DVec3 { (0..3).map(|k| x[k] * weights[k]).sum() };
+    let distance = known.distance.unwrap_or_else(|| {
+        let near = element_near(from, is_face, solid);
+        known.floor = Plane::at(place(from, near.weights), &near.near);
+        near.near.distance
+    });
+    known.distance = Some(distance);
     // An overlap of the middle surface, from the start on, may hardly deepen while the rows part it.
     let kept = if distance > 0.0 { separation(thickness, distance) } else { distance - SLACK * thickness };
-    hits.tests += 1;
     let wanted = wanted(thickness, distance);
-    let end = course.at(1.0);
-    let ends_near = || {
-        let x = [0, 1, 2].map(|k| end.local(start[k] + motion[k]));
-        element_near(x, is_face, solid).near.distance < wanted
+    // Told where the thickness is nearly used up only, so that what ends apart by it is never a meeting.
+    let left = 0.1 * (distance - kept).min(2.0 * thickness);
+    if known.bound_over(nodes, course, from, to) >= wanted.max(kept + left) {
+        return;
+    }
+    let start = element.nodes.map(|n| scene.position[n as usize]);
+    let motion = element.nodes.map(|n| scene.h * scene.velocity[n as usize]);
+    let met = element_meets(start, motion, is_face, solid, course, distance, kept, left);
+    let share = match met {
+        Some(share) => share,
+        None => {
+            let last = element_near(to, is_face, solid);
+            if last.near.distance >= wanted {
+                // The next look at this step starts from where this one saw it end.
+                known.floor = Plane::at(place(to, last.weights), &last.near);
+                return;
+            }
+            1.0
+        }
     };
-    let met = element_meets(start, motion, is_face, solid, course, distance, kept);
-    let Some(share) = met.or_else(|| ends_near().then_some(1.0)) else { return };
     let pose = course.at(share);
     let then = [0, 1, 2].map(|k| pose.local(start[k] + share * motion[k]));
     let near = element_near(then, is_face, solid);
@@ -156,11 +185,10 @@ fn body_pair(scene: &Scene<'_>, pair: &BodyPair, hits: &mut Hits) {
     let key = super::rows::Key::new(kind, pair.element, pair.body);
     let mut row = body_row(key, pair, element, near.weights, &pose, near.near.normal, 0.0, then);
     // The arm as it lies at the start; the touching point of the body, carried back, tells how far apart they were.
-    let place: DVec3 = (0..3).map(|k| start[k] * near.weights[k]).sum();
-    let touched: DVec3 =
-        (0..3).map(|k| then[k] * near.weights[k]).sum::<DVec3>() - near.near.distance * near.near.normal;
-    let apart = (place - course.start.place(touched)).dot(row.normal);
-    row.arms[1] = place - course.start.position;
-    row.gap = allowed(apart, thickness);
-    hits.list.push(Hit { share, row });
+    let at_start = place(start, near.weights);
+    let touched = place(then, near.weights) - near.near.distance * near.near.normal;
+    let apart = (at_start - course.start.place(touched)).dot(row.normal);
+    row.arms[1] = at_start - course.start.position;
+    row.gap = allowed(apart, thickness, wanted);
+    found.hits.push(Hit { share, row, hard: met.is_some() });
 }

@@ -1,35 +1,32 @@
-//! Touches of the net with bodies at the start of a step, and the elements near each body for the continuous test.
+//! Touches of the net with bodies at the start of a step: vertices within reach, and edges and faces that come nearer than
+//! their corners do.
 
 use glam::DVec3;
 
 use super::features::{Element, Features};
+use super::nearby::{Found, NearElement, NearNode, Nearby, Plane};
 use super::rows::{Key, NONE, Row};
 use super::shapes::{Course, ElementNear, Pose, element_near};
-use super::tree::{Aabb, Tree};
 use crate::geometry::Solid;
+use crate::geometry::solid::Near;
 
-/// An element near a body.
+/// An element with a body.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BodyPair {
     pub element: u32,
     pub body: u32,
     pub rule: u32,
-    /// At the start of the step, m.
-    pub distance: f64,
 }
 
-/// What a search needs to see.
+/// What a test needs to see.
+#[derive(Clone, Copy)]
 pub(super) struct Scene<'a> {
     pub features: &'a Features,
-    pub trees: &'a [Tree],
     pub solids: &'a [Solid],
     pub courses: &'a [Course],
     pub h: f64,
     pub position: &'a [DVec3],
     pub velocity: &'a [DVec3],
-    /// Mean velocity of the net, m/s, and its mean path since the reference, m.
-    pub drift: DVec3,
-    pub drifted: DVec3,
     /// Distance (m) that counts as touching beside motion.
     pub floor: f64,
 }
@@ -38,50 +35,62 @@ pub(super) struct Scene<'a> {
 const DEEPER: f64 = 0.02;
 
 impl Scene<'_> {
-    /// Elements of one part that can meet the body within the step.
-    pub fn near(&self, body: u32, part: u32, rule: u32, stack: &mut Vec<u32>, out: &mut Vec<BodyPair>) {
-        let (solid, course) = (&self.solids[body as usize], &self.courses[body as usize]);
-        let reach = (course.path - self.h * self.drift).length() + course.swing() + self.floor;
-        let enters = |around: &Aabb| {
-            let middle = course.start.local(around.middle() + self.drifted);
-            let room = around.radius() + reach;
-            middle.length() - course.radius <= room && solid.signed_distance(middle) <= room
-        };
-        let found = |element| out.push(BodyPair { element, body, rule, distance: f64::INFINITY });
-        self.trees[part as usize].query(stack, enters, found);
+    /// Rows of all listed elements with their body.
+    pub fn rows_near(&self, near: &mut Nearby, room: &mut Vec<Found>, rows: &mut Vec<Row>, parallel: bool) -> usize {
+        if near.elements.is_empty() {
+            return 0;
+        }
+        let (solid, course) = (&self.solids[near.body as usize], &self.courses[near.body as usize]);
+        let thickness = self.features.half_thickness[near.part as usize];
+        near.place(course, self.h, self.position, self.velocity, parallel);
+        near.measure(solid, thickness + self.floor, parallel);
+        let (body, rule) = (near.body, near.rule);
+        let tasks = near.each(room, parallel, |nodes, element, found| {
+            let pair = BodyPair { element: element.id, body, rule };
+            self.rows(&pair, nodes, element, found);
+        });
+        room[..tasks].iter().for_each(|found| rows.extend_from_slice(&found.rows));
+        room[..tasks].iter().map(|found| found.tests).sum()
     }
 
-    /// Rows of one element with a body; notes its distance. False where it cannot be reached within the step.
-    pub fn rows(&self, pair: &mut BodyPair, out: &mut Vec<Row>) -> bool {
-        let (solid, course) = (&self.solids[pair.body as usize], &self.courses[pair.body as usize]);
+    /// Rows of one element with a body.
+    fn rows(&self, pair: &BodyPair, nodes: &[NearNode], known: &mut NearElement, found: &mut Found) {
+        known.distance = None;
         let element = &self.features.elements[pair.element as usize];
         let thickness = self.features.half_thickness[element.part as usize];
-        let x = element.nodes.map(|n| course.start.local(self.position[n as usize]));
-        let middle = (x[0] + x[1] + x[2]) / 3.0;
-        let far = x.iter().map(|x| (*x - middle).length_squared()).fold(0.0, f64::max).sqrt();
-        let speed = |n: &u32| (self.h * self.velocity[*n as usize] - course.path).length();
-        let reach = element.corners().iter().map(speed).fold(0.0, f64::max) + course.swing() + self.floor;
-        if solid.signed_distance(middle) > far + thickness + reach {
-            return false;
+        let x = known.starts(nodes);
+        let corners = known.corners.map(|c| &nodes[c as usize]);
+        let reach = corners.iter().map(|c| c.reach).fold(0.0, f64::max) + self.floor;
+        let bound = known.bound(nodes, x);
+        if bound > thickness + reach {
+            return;
         }
-        let near = element_near(x, element.is_face(), solid);
-        pair.distance = near.near.distance;
-        if near.near.distance > thickness + reach {
-            // Impulses may still send it there: the continuous test keeps it.
-            return true;
-        }
-        let pose = &course.start;
+        found.tests += 1;
+        let (solid, pose) = (&self.solids[pair.body as usize], &self.courses[pair.body as usize].start);
+        // What decides about a row must not depend on when a plane was taken: a corner counts within its own reach only.
+        let mut lowest = f64::INFINITY;
         for k in 0..3 {
-            let distance = near.corners[k].distance;
-            if element.vertices >> k & 1 == 1 && distance <= thickness + reach {
+            let within = |near: &Near| near.distance <= thickness + corners[k].reach + self.floor;
+            let Some(near) = corners[k].near.filter(within) else { continue };
+            lowest = lowest.min(near.distance);
+            if element.vertices >> k & 1 == 1 {
                 let mut weights = [0.0; 3];
                 weights[k] = 1.0;
                 let key = Key::new(Key::VERTEX_BODY, element.nodes[k], pair.body);
-                out.push(body_row(key, pair, element, weights, pose, near.corners[k].normal, distance - thickness, x));
+                let gap = near.distance - thickness;
+                found.rows.push(body_row(key, pair, element, weights, pose, near.normal, gap, x));
             }
         }
-        self.inner_rows(pair, element, &near, thickness, reach, x, out);
-        true
+        let deeper = lowest - DEEPER * thickness;
+        if bound >= deeper {
+            return;
+        }
+        let near = element_near(x, element.is_face(), solid);
+        known.distance = Some(near.near.distance);
+        known.floor = Plane::at((0..3).map(|k| x[k] * near.weights[k]).sum(), &near.near);
+        if near.near.distance < deeper && near.near.distance <= thickness + reach {
+            self.inner_rows(pair, element, &near, thickness, reach, x, &mut found.rows);
+        }
     }
 
     #[allow(clippy::too_many_arguments)]

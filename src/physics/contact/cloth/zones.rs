@@ -72,6 +72,11 @@ impl Zones {
         }
     }
 
+    /// Nodes, and bodies numbered after them.
+    pub fn members(&self) -> impl Iterator<Item = u32> + '_ {
+        self.members.iter().copied()
+    }
+
     pub fn len(&self) -> usize {
         self.members.len()
     }

@@ -25,7 +25,7 @@ pub(super) fn cord() -> CordLaw {
 }
 
 pub(super) fn seam() -> SeamLaw {
-    SeamLaw { width: 0.3, stiffness: 400.0, bending: None, pull: None, tape: None }
+    SeamLaw { width: 0.3, stiffness: 400.0, bending: None, pull: None, strength: None, tape: None }
 }
 
 /// Numbers in −1..1 from a seed.

@@ -1,0 +1,254 @@
+//! Elements of a part that a body may reach before its list is used up, with planes under the body's distance.
+//!
+//! The signed distance of a convex solid is convex, so its tangent plane at any place, whenever it was taken, bounds it from
+//! below everywhere in the body's axes: most elements are left by six products and no distance at all.
+
+use glam::{DMat3, DQuat, DVec3};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::features::Features;
+use super::rows::Row;
+use super::shapes::{Course, Pose};
+use super::sweep::Hit;
+use super::tree::{Aabb, Tree};
+use crate::geometry::Solid;
+use crate::geometry::solid::Near;
+
+/// n·x + c, m: nowhere above the distance of the body, in its axes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Plane {
+    normal: DVec3,
+    offset: f64,
+}
+
+impl Plane {
+    /// Below any distance: nothing is known.
+    pub const UNKNOWN: Self = Self { normal: DVec3::ZERO, offset: f64::NEG_INFINITY };
+
+    pub fn at(place: DVec3, near: &Near) -> Self {
+        Self { normal: near.normal, offset: near.distance - near.normal.dot(place) }
+    }
+
+    #[inline]
+    pub fn over(&self, x: DVec3) -> f64 {
+        self.normal.dot(x) + self.offset
+    }
+
+    #[inline]
+    pub fn least(&self, x: [DVec3; 3]) -> f64 {
+        self.over(x[0]).min(self.over(x[1])).min(self.over(x[2]))
+    }
+}
+
+/// A node of a listed element, in the body's axes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct NearNode {
+    pub node: u32,
+    /// Where the body's start of the step, and its end, see it, m.
+    pub start: DVec3,
+    pub end: DVec3,
+    /// How far it and the body may close in the step, m.
+    pub reach: f64,
+    pub floor: Plane,
+    /// At the start of this step, where it was measured.
+    pub near: Option<Near>,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) struct NearElement {
+    pub id: u32,
+    /// Places in the list of nodes; a segment's last one stands twice.
+    pub corners: [u32; 3],
+    pub floor: Plane,
+    /// At the start of this step, m; None where nobody asked.
+    pub distance: Option<f64>,
+}
+
+/// Where a body was when its lists were made, and how far its points may go, m.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Berth {
+    pub position: DVec3,
+    pub turn: DQuat,
+    pub leash: f64,
+}
+
+impl Berth {
+    /// A skin and what the body will do in the next steps, the drift of the net (m in a step) left out.
+    pub fn new(course: &Course, drift: DVec3, skin: f64, ahead: f64) -> Self {
+        let leash = 0.5 * skin + ahead * ((course.path - drift).length() + course.swing());
+        Self { position: course.start.position, turn: course.start.turn, leash }
+    }
+
+    /// Whether the body stays within its leash in this step; `drifted` and `drift` are the net's mean paths since the lists
+    /// were made and in the step, m.
+    pub fn holds(&self, course: &Course, drifted: DVec3, drift: DVec3) -> bool {
+        let along = |turn: DQuat| if turn.dot(self.turn) < 0.0 { -turn } else { turn };
+        let chord = (along(course.start.turn) - self.turn).length();
+        let turned = 4.0 * libm::asin((0.5 * chord).min(1.0)) * course.radius;
+        let went = (course.start.position - self.position - drifted).length();
+        went + turned + (course.path - drift).length() + course.swing() <= self.leash
+    }
+}
+
+/// The list of one body and one part.
+#[derive(Debug)]
+pub(super) struct Nearby {
+    pub body: u32,
+    pub part: u32,
+    pub rule: u32,
+    pub nodes: Vec<NearNode>,
+    pub elements: Vec<NearElement>,
+}
+
+/// Elements, and nodes, looked at by one task.
+const BATCH: usize = 512;
+
+/// Room for what one task finds.
+#[derive(Default)]
+pub(super) struct Found {
+    pub rows: Vec<Row>,
+    pub hits: Vec<Hit>,
+    pub tests: usize,
+}
+
+/// What listing needs to see.
+pub(super) struct Ground<'a> {
+    pub features: &'a Features,
+    pub tree: &'a Tree,
+    pub solid: &'a Solid,
+    pub radius: f64,
+    pub berth: Berth,
+    /// Mean path of the net since the tree was fitted, m.
+    pub drifted: DVec3,
+    pub floor: f64,
+}
+
+impl Nearby {
+    pub fn new(body: u32, part: u32, rule: u32) -> Self {
+        Self { body, part, rule, nodes: Vec::new(), elements: Vec::new() }
+    }
+
+    /// Elements whose boxes come within the leash of the body. `place_of` is room: the place in the list of each node.
+    pub fn list(&mut self, ground: &Ground<'_>, stack: &mut Vec<u32>, place_of: &mut [u32]) {
+        let Ground { features, tree, solid, berth, .. } = *ground;
+        let pose = Pose { position: berth.position, turn: berth.turn };
+        let enters = |around: &Aabb| {
+            let middle = pose.local(around.middle() + ground.drifted);
+            let room = around.radius() + berth.leash + ground.floor;
+            middle.length() - ground.radius <= room && solid.signed_distance(middle) <= room
+        };
+        self.nodes.clear();
+        self.elements.clear();
+        let (nodes, elements) = (&mut self.nodes, &mut self.elements);
+        tree.query(stack, enters, |id| {
+            let corners = features.elements[id as usize].nodes.map(|node| {
+                let at = place_of[node as usize];
+                if nodes.get(at as usize).is_some_and(|known: &NearNode| known.node == node) {
+                    return at;
+                }
+                place_of[node as usize] = nodes.len() as u32;
+                let (start, end) = (DVec3::ZERO, DVec3::ZERO);
+                nodes.push(NearNode { node, start, end, reach: 0.0, floor: Plane::UNKNOWN, near: None });
+                nodes.len() as u32 - 1
+            });
+            elements.push(NearElement { id, corners, floor: Plane::UNKNOWN, distance: None });
+        });
+    }
+
+    /// Puts the nodes where they are and where they go in the step.
+    pub fn place(&mut self, course: &Course, h: f64, position: &[DVec3], velocity: &[DVec3], parallel: bool) {
+        let back = |pose: &Pose| DMat3::from_quat(pose.turn).transpose();
+        let end = course.at(1.0);
+        let (first, last) = (back(&course.start), back(&end));
+        let swing = course.swing();
+        let one = |n: &mut NearNode| {
+            let (x, v) = (position[n.node as usize], velocity[n.node as usize]);
+            n.start = first * (x - course.start.position);
+            n.end = last * (x + h * v - end.position);
+            n.reach = (h * v - course.path).length() + swing;
+        };
+        if parallel {
+            self.nodes.par_iter_mut().with_min_len(BATCH).for_each(one);
+        } else {
+            self.nodes.iter_mut().for_each(one);
+        }
+    }
+
+    /// Measures the nodes that may be within reach, and forgets what was known of the last step.
+    pub fn measure(&mut self, solid: &Solid, thickness: f64, parallel: bool) {
+        let one = |n: &mut NearNode| {
+            n.near = None;
+            if n.floor.over(n.start) <= thickness + n.reach {
+                let near = solid.near(n.start);
+                n.floor = Plane::at(n.start, &near);
+                n.near = Some(near);
+            }
+        };
+        if parallel {
+            self.nodes.par_iter_mut().with_min_len(BATCH).for_each(one);
+        } else {
+            self.nodes.iter_mut().for_each(one);
+        }
+    }
+
+    /// Calls `look` for every element, in tasks.
+    pub fn each(
+        &mut self,
+        room: &mut Vec<Found>,
+        parallel: bool,
+        look: impl Fn(&[NearNode], &mut NearElement, &mut Found) + Sync,
+    ) -> usize {
+        let tasks = self.elements.len().div_ceil(BATCH);
+        if room.len() < tasks {
+            room.resize_with(tasks, Found::default);
+        }
+        let nodes = &self.nodes;
+        let one = |found: &mut Found, elements: &mut [NearElement]| {
+            found.rows.clear();
+            found.hits.clear();
+            found.tests = 0;
+            elements.iter_mut().for_each(|element| look(nodes, element, found));
+        };
+        let used = &mut room[..tasks];
+        if parallel {
+            used.par_iter_mut().zip(self.elements.par_chunks_mut(BATCH)).for_each(|(f, e)| one(f, e));
+        } else {
+            used.iter_mut().zip(self.elements.chunks_mut(BATCH)).for_each(|(f, e)| one(f, e));
+        }
+        tasks
+    }
+}
+
+impl NearElement {
+    /// No point of the element comes nearer than this over the corners' places, by its own plane and those of its corners, m.
+    #[inline]
+    pub fn bound(&self, nodes: &[NearNode], x: [DVec3; 3]) -> f64 {
+        let corner = |k: usize| nodes[self.corners[k] as usize].floor.least(x);
+        self.floor.least(x).max(corner(0)).max(corner(1)).max(corner(2))
+    }
+
+    /// The same over the whole step, whose paths are straight in the scene: how far they bend in the body's axes is less than
+    /// an eighth of their second derivative.
+    #[inline]
+    pub fn bound_over(&self, nodes: &[NearNode], course: &Course, start: [DVec3; 3], end: [DVec3; 3]) -> f64 {
+        let over = |plane: &Plane| plane.least(start).min(plane.least(end));
+        let corner = |k: usize| over(&nodes[self.corners[k] as usize].floor);
+        let straight = over(&self.floor).max(corner(0)).max(corner(1)).max(corner(2));
+        let turning = course.turning.length();
+        if turning == 0.0 {
+            return straight;
+        }
+        let longest = |x: [DVec3; 3]| x.iter().map(|x| x.length_squared()).fold(0.0, f64::max).sqrt();
+        let path = self.corners.iter().map(|c| nodes[*c as usize].reach).fold(0.0, f64::max);
+        straight - 0.125 * turning * (turning * (longest(start) + path) + 2.0 * path)
+    }
+
+    pub fn starts(&self, nodes: &[NearNode]) -> [DVec3; 3] {
+        self.corners.map(|c| nodes[c as usize].start)
+    }
+
+    pub fn ends(&self, nodes: &[NearNode]) -> [DVec3; 3] {
+        self.corners.map(|c| nodes[c as usize].end)
+    }
+}
