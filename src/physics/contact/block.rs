@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::{DMat3, DVec3};
 
+use super::ahead::Ahead;
 use super::boxes;
 use super::flatten::{Sections, Shape};
 use super::islands::Islands;
@@ -49,6 +50,7 @@ pub(super) struct Block {
     yarn_rows: Vec<YarnRow>,
     body_rows: Vec<BodyRow>,
     room: Room,
+    ahead: Ahead,
     /// Impulse on side A by touch, in the order of the islands, N·s.
     pub impulses: [Vec<DVec3>; 2],
     pub rules: Vec<RuleTotals>,
@@ -91,7 +93,8 @@ impl Block {
                 bodies: &mut self.bodies,
             };
             island.warm_start::<FLAT>();
-            let (mut sweeps, mut residual) = island.sweep::<FLAT>(task.scene.h, task.tolerance, task.sweeps);
+            let (mut sweeps, mut residual) =
+                island.sweep::<FLAT>(task.scene.h, task.tolerance, task.sweeps, &mut self.ahead);
             let touches = [&task.islands.yarns[all(0)], &task.islands.bodies[all(1)]];
             for _ in 0..ROUNDS {
                 let renewed = self.room.relinearise::<FLAT>(&mut island, &self.nodes, task, touches);
@@ -99,7 +102,7 @@ impl Block {
                 if renewed == 0 {
                     break;
                 }
-                let (more, left) = island.sweep::<FLAT>(task.scene.h, task.tolerance, task.sweeps);
+                let (more, left) = island.sweep::<FLAT>(task.scene.h, task.tolerance, task.sweeps, &mut self.ahead);
                 (sweeps, residual) = (sweeps + more, left);
             }
             self.sweeps = self.sweeps.max(sweeps);
@@ -202,7 +205,9 @@ impl Block {
         let b = &self.bodies[t.j as usize];
         let yarn: DVec3 = (0..2).map(|k| task.approach[ids[k] as usize] * weights[k]).sum();
         let approach = (yarn - b.velocity - b.spin.cross(arm)).dot(t.normal);
-        let speed = row.relative_before(&self.points, &self.bodies).dot(t.normal);
+        let v = |k: usize| self.points[row.nodes[k] as usize].before;
+        let turning = turn.dot(v(1) - v(0)) - b.before[1].dot(couple);
+        let speed = row.relative_before(&self.points, &self.bodies).dot(t.normal) + turning;
         let closing = Closing { approach, speed, law };
         closing.bound(&mut row.cone, task);
         self.body_rows.push(row);
