@@ -194,7 +194,7 @@ impl YarnRow {
         let mut along = across;
         if self.turns() {
             let way = |k: usize| {
-                let turn = if k % 2 == 0 { -self.turns[k / 2] } else { self.turns[k / 2] };
+                let turn = if k.is_multiple_of(2) { -self.turns[k / 2] } else { self.turns[k / 2] };
                 (self.cone.normal * self.weights[k] + turn).length_squared()
             };
             along = (0..4).map(|k| way(k) * points[self.nodes[k] as usize].inverse_mass).sum();
