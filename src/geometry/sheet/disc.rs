@@ -66,6 +66,8 @@ fn around(radius: f64, hole: f64, cell: f64) -> Vec<Ring> {
     let (grown, even) = (libm::log(knee / hole), (radius - knee) / cell);
     let total = grown + even;
     let parts = total.round().max(1.0) as u32;
+    // A ring narrower than the cell has as many sides as its width asks for.
+    let fewest = if parts == 1 { sides_about(radius, radius - hole) } else { 0.0 };
     let mut rings: Vec<Ring> = Vec::with_capacity(parts as usize + 1);
     let mut start = 0;
     for k in 0..=parts {
@@ -76,11 +78,16 @@ fn around(radius: f64, hole: f64, cell: f64) -> Vec<Ring> {
             _ if target < grown => hole * libm::exp(target),
             _ => knee + (target - grown) * cell,
         };
-        let count = (2.0 * PI * r / cell).round().max(6.0) as u32;
+        let count = (2.0 * PI * r / cell).round().max(6.0).max(fewest) as u32;
         rings.push(Ring { start, count, radius: r });
         start += count;
     }
     rings
+}
+
+/// The fewest sides of a circle whose chords leave three quarters of a ring of this width inside them.
+fn sides_about(radius: f64, width: f64) -> f64 {
+    (PI / libm::acos(1.0 - 0.25 * width / radius)).ceil()
 }
 
 fn mesh(rings: &[Ring]) -> (Vec<DVec2>, Vec<[u32; 3]>) {

@@ -198,6 +198,14 @@ fn star() -> impl Strategy<Value = Vec<[f64; 2]>> {
     })
 }
 
+/// Narrower than the cell, with few sides, the outer chords once cut into the hole.
+#[test]
+fn a_narrow_ring_of_cloth_is_sound() {
+    for (radius, share, cell) in [(0.467_883_942, 0.932_843_407, 0.391_368_266), (0.3, 0.95, 0.4), (1.0, 0.999, 0.4)] {
+        sound(&made(Pattern::Disc { radius, hole: share * radius }, cell)).unwrap();
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(120))]
 
