@@ -80,7 +80,7 @@ impl Tube {
     }
 
     /// As [`Tube::tapered`] between two joints: an end's axis is half way between the segment's own and its neighbour's,
-    /// which have no sign. The neighbour's share fades with the angle between both axes and is gone at [`APART`]: where
+    /// which have no sign. The neighbour's share fades with the angle between both axes and is gone at 39°: where
     /// loose ends kink and twist, each segment keeps a section that turns with it as one, and no joint jumps.
     #[inline]
     pub fn jointed(a: DVec3, b: DVec3, own: DVec3, neighbours: [Option<DVec3>; 2], sections: [Section; 2]) -> Self {
