@@ -15,9 +15,6 @@ pub struct Closest {
     pub delta: DVec3,
 }
 
-/// Squared sine of the angle between their axes from which neighbouring segments share no section: 39°.
-const APART: f64 = 0.4;
-
 /// Squared sine of the angle below which two segments count as parallel.
 const PARALLEL: f64 = 1e-24;
 
@@ -74,32 +71,17 @@ impl Tube {
     #[inline]
     pub fn tapered(a: DVec3, b: DVec3, near_axes: [DVec3; 2], sections: [Section; 2]) -> Self {
         let tangent = (b - a).normalize_or_zero();
-        let [t0, w0] = axes(tangent, near_axes[0], sections[0]);
-        let [t1, w1] = axes(tangent, near_axes[1], sections[1]);
+        let [[t0, w0], [t1, w1]] = [0, 1].map(|k| axes(tangent, near_axes[k], sections[k]));
         Self { a, b, tangent, thick: [t0, t1], wide: [w0, w1] }
-    }
-
-    /// As [`Tube::tapered`] between two joints: an end's axis is half way between the segment's own and its neighbour's,
-    /// which have no sign. The neighbour's share fades with the angle between both axes and is gone at 39°: where
-    /// loose ends kink and twist, each segment keeps a section that turns with it as one, and no joint jumps.
-    #[inline]
-    pub fn jointed(a: DVec3, b: DVec3, own: DVec3, neighbours: [Option<DVec3>; 2], sections: [Section; 2]) -> Self {
-        let axis = |other: Option<DVec3>| {
-            let Some(other) = other else { return own };
-            let cosine = own.dot(other);
-            let share = (1.0 - (1.0 - cosine * cosine) / APART).max(0.0).powi(2);
-            own + other * share.copysign(cosine)
-        };
-        Self::tapered(a, b, [axis(neighbours[0]), axis(neighbours[1])], sections)
     }
 
     /// Half extents of the sections at both ends along unit `n`, m.
     #[inline]
     pub fn supports(&self, n: DVec3) -> [f64; 2] {
-        // Written out, for a mapped array is not made part of the loops that call this most.
-        let (p, q) = (n.dot(self.thick[0]), n.dot(self.wide[0]));
-        let (r, s) = (n.dot(self.thick[1]), n.dot(self.wide[1]));
-        [(p * p + q * q).sqrt(), (r * r + s * s).sqrt()]
+        [0, 1].map(|k| {
+            let (p, q) = (n.dot(self.thick[k]), n.dot(self.wide[k]));
+            (p * p + q * q).sqrt()
+        })
     }
 
     /// Change of the half extents along `n` with the lengths r of the sections' shapes, dr² = da² + db² at constant area
@@ -111,12 +93,6 @@ impl Tube {
             let both = (p * p + q * q) * (self.thick[k].length_squared() + self.wide[k].length_squared());
             if both > 0.0 { (p * p - q * q) / both.sqrt() } else { 0.0 }
         })
-    }
-
-    /// Both end sections' farthest points along `n` from the centreline, m.
-    #[inline]
-    pub fn support_points(&self, n: DVec3) -> [DVec3; 2] {
-        [self.support_point(0, n), self.support_point(1, n)]
     }
 
     /// The end section's farthest point along `n` from the centreline, m.
@@ -314,19 +290,16 @@ pub fn body_gap(tube: &Tube, farthest: impl Fn(DVec3) -> DVec3, start: DVec3, li
 }
 
 /// Times that the two are moved apart anew, along the last normal.
-const SHIFTS: usize = 6;
+const SHIFTS: usize = 2;
 /// Steps of the descent.
-const STEPS: usize = 24;
-/// Part of its distance to which the descent is carried.
-const EXACT: f64 = 1e-5;
+const STEPS: usize = 12;
 
 /// The widest slab between two convex sets, A above B, and its unit normal. `lowest` gives the point of the difference
 /// A − B that lies lowest along a direction; `best` is the first guess with its slab. By the descent of Gilbert, Johnson &
 /// Keerthi (IEEE J. Robot. Autom. 4, 1988): the difference is approached by a simplex of its extreme points.
 fn widest_slab(lowest: impl Fn(DVec3) -> DVec3, mut best: (f64, DVec3), margin: f64, limit: f64) -> (f64, DVec3) {
     for _ in 0..SHIFTS {
-        // Apart by enough, they have a distance as they are.
-        let shift = if best.0 > 0.1 * margin { DVec3::ZERO } else { best.1 * (margin - best.0) };
+        let shift = best.1 * (margin - best.0).max(0.0);
         let (mut simplex, mut count) = ([DVec3::ZERO; 4], 0);
         let mut n = best.1;
         let mut nearest = DVec3::ZERO;
@@ -341,7 +314,7 @@ fn widest_slab(lowest: impl Fn(DVec3) -> DVec3, mut best: (f64, DVec3), margin: 
             }
             let point = point + shift;
             // No point of the difference lies lower along n by more than that.
-            if step > 0 && nearest.length() - point.dot(n) <= EXACT * nearest.length() {
+            if step > 0 && nearest.length() - point.dot(n) <= 1e-7 * nearest.length() {
                 break;
             }
             simplex[count] = point;
@@ -353,7 +326,7 @@ fn widest_slab(lowest: impl Fn(DVec3) -> DVec3, mut best: (f64, DVec3), margin: 
             }
         }
         // Once the normal stays, moving apart along it changed nothing.
-        if shift == DVec3::ZERO || n.dot(shift.normalize_or_zero()) > 1.0 - EXACT {
+        if n.dot(shift.normalize_or_zero()) > 1.0 - 1e-6 {
             break;
         }
     }
@@ -389,7 +362,6 @@ fn nearest_of(simplex: &mut [DVec3; 4], count: usize) -> (DVec3, usize) {
     }
 }
 
-#[inline]
 fn on_edge(simplex: &mut [DVec3; 4], [i, j]: [usize; 2]) -> (DVec3, usize) {
     let (p, q) = (simplex[i], simplex[j]);
     let d = q - p;

@@ -6,7 +6,6 @@
 //! crest's corner.
 
 mod clearance;
-mod endless;
 mod tile;
 
 pub use tile::{Relaxed, Tiled, relaxed_period, tile};
