@@ -64,7 +64,7 @@ pub fn vertex_face(start: [DVec3; 4], end: [DVec3; 4], separation: f64) -> Optio
     let motion = shared_motion_out(start, end);
     let [v, a, b, c] = motion.map(DVec3::length);
     let distance = |[p, a, b, c]: [DVec3; 4]| closest_on_triangle(p, [a, b, c]).delta.length();
-    advance(start, motion, v + a.max(b).max(c), separation, distance)
+    advance_corners(start, motion, v + a.max(b).max(c), separation, distance)
 }
 
 /// As [`vertex_face`], for two edges of two ends each.
@@ -72,7 +72,7 @@ pub fn edge_edge(start: [DVec3; 4], end: [DVec3; 4], separation: f64) -> Option<
     let motion = shared_motion_out(start, end);
     let [a, b, c, d] = motion.map(DVec3::length);
     let distance = |[a, b, c, d]: [DVec3; 4]| closest_on_segments(a, b, c, d).delta.length();
-    advance(start, motion, a.max(b) + c.max(d), separation, distance)
+    advance_corners(start, motion, a.max(b) + c.max(d), separation, distance)
 }
 
 /// Displacements without the mean one, which closes no distance.
@@ -82,8 +82,8 @@ fn shared_motion_out(start: [DVec3; 4], end: [DVec3; 4]) -> [DVec3; 4] {
     motion.map(|each| each - mean)
 }
 
-/// Steps forward while nothing can have met. `closing` is the most that the whole motion can take from the distance.
-fn advance(
+/// The share of the motion of four corners after which they may first be nearer than `separation`.
+fn advance_corners(
     start: [DVec3; 4],
     motion: [DVec3; 4],
     closing: f64,
@@ -91,6 +91,15 @@ fn advance(
     distance: impl Fn([DVec3; 4]) -> f64,
 ) -> Option<f64> {
     let first_gap = distance(start) - separation;
+    advance(first_gap, LEFT * first_gap, closing, |share| {
+        distance(std::array::from_fn(|i| start[i] + share * motion[i])) - separation
+    })
+}
+
+/// Steps forward while nothing can have met: the share of a motion after which a gap, `first_gap` (m) at its start, may
+/// first be closed to `near` (m, under `first_gap`); None if it never is. `closing` (m) is the most that the whole motion
+/// can take from the gap, and `gap_at` the gap after a share of it.
+pub fn advance(first_gap: f64, near: f64, closing: f64, gap_at: impl Fn(f64) -> f64) -> Option<f64> {
     // Not-a-number is a meeting, never a miss.
     if first_gap.is_nan() || first_gap <= 0.0 || !closing.is_finite() {
         return Some(0.0);
@@ -98,16 +107,14 @@ fn advance(
     if first_gap > closing {
         return None;
     }
-    let near = LEFT * first_gap;
-    let mut time = 0.0;
-    let mut gap = first_gap;
+    // At the start the reported gap must still be ahead, or a motion would be stopped before it began.
+    let (mut time, mut gap) = (0.0, first_gap - near);
     for _ in 0..MOST_STEPS {
-        // At the start the reported gap must still be ahead, or a motion would be stopped before it began.
-        time += CAREFUL * (gap - if time == 0.0 { near } else { 0.0 }) / closing;
+        time += CAREFUL * gap / closing;
         if time >= 1.0 {
             return None;
         }
-        gap = distance(std::array::from_fn(|i| start[i] + time * motion[i])) - separation;
+        gap = gap_at(time);
         if gap.is_nan() || gap <= near {
             return Some(time);
         }
@@ -118,27 +125,7 @@ fn advance(
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Numbers between −1 and 1 from a counter (Steele, Lea & Flood's mixer), so that every run asks the same.
-    struct Numbers(u64);
-
-    impl Numbers {
-        fn next(&mut self) -> f64 {
-            self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-            let mut z = self.0;
-            z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-            z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-            ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-        }
-
-        fn vector(&mut self) -> DVec3 {
-            DVec3::new(self.next(), self.next(), self.next())
-        }
-
-        fn share(&mut self) -> f64 {
-            0.5 * (self.next() + 1.0)
-        }
-    }
+    use crate::geometry::random::Numbers;
 
     /// Four corners that meet at `time`: the place on the second feature is put onto the place on the first, then all move
     /// away in both directions of time. `scale` is that of the motion over the features' size.
@@ -170,7 +157,7 @@ mod tests {
         let mut numbers = Numbers(1);
         for query in 0..600_000 {
             let time = if query % 7 == 0 { 1.0 - 1e-9 } else { numbers.share() };
-            let scale = 10.0_f64.powf(4.0 * numbers.next());
+            let scale = 10.0_f64.powf(4.0 * numbers.number());
             let face = places(&mut numbers, 3);
             let weights = [1.0, -face[0], -face[1], -face[2]];
             let (start, end) = planted(&mut numbers, weights, time, scale);

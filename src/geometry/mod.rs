@@ -9,6 +9,8 @@ pub mod obb_moving;
 pub mod obb_tree;
 pub mod obj;
 pub mod peirce;
+#[cfg(test)]
+pub mod random;
 pub mod section;
 pub mod segments;
 pub mod sheet;

@@ -270,9 +270,9 @@ impl Engine<'_> {
     pub(super) fn hold_what_is_held(&mut self) {
         self.chains.inverse_mass.clone_from(&self.free_inverse_mass);
         self.net.free_all();
-        for (i, (mass, inertia)) in self.free_body.iter().enumerate() {
-            self.bodies.inverse_mass[i] = *mass;
-            self.bodies.inverse_inertia[i] = *inertia;
+        for (i, (inverse_mass, inverse_inertia)) in self.free_body.iter().enumerate() {
+            self.bodies.inverse_mass[i] = *inverse_mass;
+            self.bodies.inverse_inertia[i] = *inverse_inertia;
         }
         for action in self.actions.iter().filter(|action| action.acts() && action.holds_fully()) {
             for (node, _) in &action.nodes {

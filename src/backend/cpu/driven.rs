@@ -39,14 +39,14 @@ impl Engine<'_> {
             let (before, before_spin) = self.bodies_before[i];
             let turn = self.bodies.turn[i];
             (self.bodies.velocity[i], self.bodies.spin[i]) = (velocity, spin);
-            let (mass, inertia) = self.free_body[i];
+            let (inverse_mass, inverse_inertia) = self.free_body[i];
             let wrench = self.net.wrench.get(i).copied().unwrap_or_default();
             let mut impulse = -wrench.force * h;
-            if mass > 0.0 {
+            if inverse_mass > 0.0 {
                 let drag = self.net.body_drag.get(i).copied().unwrap_or(DVec3::ZERO);
-                impulse += (velocity - before - self.program.gravity * h) / mass - drag * h;
+                impulse += (velocity - before - self.program.gravity * h) / inverse_mass - drag * h;
             }
-            let energy = |turn, spin: DVec3| 0.5 * spin.dot(rigid::angular_momentum(turn, spin, inertia));
+            let energy = |turn, spin: DVec3| 0.5 * spin.dot(rigid::angular_momentum(turn, spin, inverse_inertia));
             let (next, _) = rigid::turn_freely(turn, spin, DVec3::ZERO, h);
             let turning =
                 energy(next, spin) - energy(turn, before_spin) - 0.5 * h * wrench.torque.dot(spin + before_spin);

@@ -35,8 +35,9 @@ pub struct Engine<'p> {
     pub(super) bodies_before: Vec<(DVec3, DVec3)>,
     /// Viscous force of the last kick, N; empty without viscosity.
     pub(super) viscous: Vec<DVec3>,
-    /// 1/m of nodes and bodies while nothing holds them.
+    /// 1/m of nodes while nothing holds them.
     pub(super) free_inverse_mass: Vec<f64>,
+    /// 1/m and the inverse principal moments of bodies while nothing holds them.
     pub(super) free_body: Vec<(f64, DVec3)>,
     pub(super) touch: Option<Touch>,
     pub(super) net_touch: Option<super::net::NetTouch>,

@@ -104,10 +104,10 @@ impl Engine<'_> {
 
     /// Kinetic energy of a body, J; zero where it has no finite mass.
     pub(super) fn body_kinetic(&self, i: usize) -> f64 {
-        let (mass, inertia) = self.free_body[i];
+        let (inverse_mass, inverse_inertia) = self.free_body[i];
         let spin = self.bodies.spin[i];
-        let momentum = rigid::angular_momentum(self.bodies.turn[i], spin, inertia);
-        let linear = if mass > 0.0 { self.bodies.velocity[i].length_squared() / mass } else { 0.0 };
+        let momentum = rigid::angular_momentum(self.bodies.turn[i], spin, inverse_inertia);
+        let linear = if inverse_mass > 0.0 { self.bodies.velocity[i].length_squared() / inverse_mass } else { 0.0 };
         0.5 * (linear + spin.dot(momentum))
     }
 
@@ -187,12 +187,12 @@ impl Engine<'_> {
     pub(super) fn book_bodies(&mut self) {
         let gravity = self.program.gravity;
         for i in 0..self.bodies.position.len() {
-            let (mass, _) = self.free_body[i];
-            if mass > 0.0 {
+            let (inverse_mass, _) = self.free_body[i];
+            if inverse_mass > 0.0 {
                 let mean = 0.5 * (self.bodies_before[i].0 + self.bodies.velocity[i]);
                 let drag = self.net.body_drag.get(i).copied().unwrap_or(DVec3::ZERO);
                 let now = &mut self.ledger.accounts[self.parts.len() + i].now;
-                now.gravity += gravity.dot(mean) * (self.h / mass);
+                now.gravity += gravity.dot(mean) * (self.h / inverse_mass);
                 now.air += drag.dot(mean) * self.h;
             }
         }

@@ -170,8 +170,8 @@ impl Engine<'_> {
         room.force.iter_mut().zip(&net.load).for_each(|(force, load)| *force += *load);
         room.on_bodies.clear();
         for i in 0..self.bodies.position.len() {
-            let (mass, _) = self.free_body[i];
-            let weight = if mass > 0.0 { gravity / mass } else { DVec3::ZERO };
+            let (inverse_mass, _) = self.free_body[i];
+            let weight = if inverse_mass > 0.0 { gravity / inverse_mass } else { DVec3::ZERO };
             room.on_bodies.push((weight + net.body_drag.get(i).copied().unwrap_or(DVec3::ZERO), DVec3::ZERO));
         }
         room.driven.clear();

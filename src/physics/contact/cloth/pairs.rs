@@ -8,8 +8,9 @@ use parry3d_f64::query::gjk::{GJKResult, VoronoiSimplex, closest_points};
 use parry3d_f64::shape::SupportMap;
 
 use super::rows::{Key, Row};
-use super::shapes::{Course, Pose, advance};
+use super::shapes::{Course, Pose};
 use crate::geometry::Solid;
+use crate::geometry::impact::advance;
 use crate::geometry::solid::segment_contact;
 
 /// Points and segments (body axes, m) that stand for a solid in another's distance, all of them round with `radius`.

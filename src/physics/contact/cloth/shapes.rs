@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3};
 
 use super::edges::{golden, segment_near};
 use crate::geometry::Solid;
-use crate::geometry::impact::closest_on_triangle;
+use crate::geometry::impact::{advance, closest_on_triangle};
 use crate::geometry::solid::{Near, SegmentContact};
 
 /// Where a body is, and how it goes on over a step.
@@ -191,50 +191,11 @@ pub(super) fn element_meets(
     })
 }
 
-/// Steps forward while nothing can have met (Li, Kaufman & Jiang 2021, §4.3); a meeting is told with a gap of `near` left,
-/// at most a tenth of the first one.
-pub(super) fn advance(first_gap: f64, near: f64, closing: f64, gap_at: impl Fn(f64) -> f64) -> Option<f64> {
-    if first_gap.is_nan() || first_gap <= 0.0 || !closing.is_finite() {
-        return Some(0.0);
-    }
-    if first_gap > closing {
-        return None;
-    }
-    let (mut time, mut gap) = (0.0, first_gap - near);
-    for _ in 0..4096 {
-        time += 0.9 * gap / closing;
-        if time >= 1.0 {
-            return None;
-        }
-        gap = gap_at(time);
-        if gap.is_nan() || gap <= near {
-            return Some(time);
-        }
-    }
-    Some(time)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::random::Numbers;
     use crate::geometry::solid::Frustum;
-
-    /// Numbers between −1 and 1 from a counter (Steele, Lea & Flood's mixer), so that every run asks the same.
-    struct Numbers(u64);
-
-    impl Numbers {
-        fn next(&mut self) -> f64 {
-            self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-            let mut z = self.0;
-            z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-            z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-            ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-        }
-
-        fn vector(&mut self) -> DVec3 {
-            DVec3::new(self.next(), self.next(), self.next())
-        }
-    }
 
     /// The least distance of a triangle by samples, refined around the best.
     fn sampled(x: [DVec3; 3], solid: &Solid) -> f64 {
@@ -276,9 +237,10 @@ mod tests {
             // A triangle around a place near the surface, in a plane that leans on it.
             let way = numbers.vector().normalize_or(DVec3::X);
             let touched =
-                solid.support((way + 0.2 * numbers.vector()).normalize_or(DVec3::X)) + way * 0.02 * numbers.next();
+                solid.support((way + 0.2 * numbers.vector()).normalize_or(DVec3::X)) + way * 0.02 * numbers.number();
             let (e, f) = way.any_orthonormal_pair();
-            let mut corner = || touched + 0.3 * (numbers.next() * e + numbers.next() * f) + 0.02 * numbers.next() * way;
+            let mut corner =
+                || touched + 0.3 * (numbers.number() * e + numbers.number() * f) + 0.02 * numbers.number() * way;
             let x = [corner(), corner(), corner()];
             if (x[1] - x[0]).cross(x[2] - x[0]).length() < 1e-3 {
                 continue;
