@@ -7,7 +7,7 @@ use crate::backend::cpu::{self, Inputs, Refusal, RunOptions};
 use crate::backend::{HaltReason, Outcome, State};
 use crate::diagnostics::{Diagnostic, Severity, Sources};
 use crate::oracle::{Settings, Verifier};
-use crate::plan::{self, MakeOptions, Op, Plan, Quantity};
+use crate::plan::{self, MakeOptions, Op, Plan, Quantity, told};
 use crate::results::{Check, Folder, Recorder, Summary, read_checkpoint};
 use crate::scene::{CaseId, Program};
 
@@ -154,7 +154,7 @@ fn refused(sources: &Sources, plan: &Plan, refusal: &Refusal) -> Box<Diagnostic>
 /// A run that stopped early, at the line of the scene that it came from.
 fn halt_diagnostic(sources: &Sources, plan: &Plan, outcome: &Outcome) -> Option<Diagnostic> {
     let halt = outcome.halt.as_ref()?;
-    let message = format!("the run stopped at {:.6} us, step {}: {}", halt.time * 1e6, halt.step, halt.message);
+    let message = format!("the run stopped at {}, step {}: {}", told::time(halt.time), halt.step, halt.message);
     let note = "Everything up to there is written; the last good state is in the checkpoint.";
     if halt.reason == HaltReason::Cancelled {
         return Some(Diagnostic::placeless("W0904", Severity::Warning, message).note(note));

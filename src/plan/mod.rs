@@ -17,6 +17,7 @@ mod schedule;
 mod sink;
 mod tape;
 mod text;
+pub mod told;
 
 pub use diff::diff;
 pub use domain::{

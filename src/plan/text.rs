@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use crate::scene::How;
 
+use super::told::time;
 use super::{Kernel, Node, Plan, Recipe, Sink, Verdict};
 
 impl Plan {
@@ -88,15 +89,11 @@ impl Plan {
             Node::Seq(nodes) => nodes.iter().for_each(|node| self.write_node(out, node, depth)),
             Node::Run { step, duration, most_steps, each } => {
                 let until = match duration {
-                    Some(duration) => format!("for {} us", duration * 1e6),
+                    Some(duration) => format!("for {}", time(*duration)),
                     None if depth > 1 => "until the stage ends".to_string(),
                     None => "until it settles".to_string(),
                 };
-                within(
-                    format!("run in steps of {:.5} ns {until}, at most {most_steps} steps", step * 1e9),
-                    &[each],
-                    out,
-                );
+                within(format!("run in steps of {} {until}, at most {most_steps} steps", time(*step)), &[each], out);
             }
             Node::Pass(id) => {
                 let pass = &self.body.passes[id.0 as usize];
@@ -146,7 +143,7 @@ impl Plan {
                 Sink::Frames { domains, every, .. } => {
                     let names: Vec<_> =
                         domains.iter().map(|id| self.body.domains[id.0 as usize].name.as_str()).collect();
-                    format!("frames of {} every {} us", names.join(", "), every * 1e6)
+                    format!("frames of {} every {}", names.join(", "), time(*every))
                 }
                 Sink::Picture { name, at, .. } => format!("picture {name}, {} times", at.len()),
                 Sink::Checkpoint { wall_seconds } => format!("checkpoint every {wall_seconds} s of wall time"),
@@ -163,15 +160,15 @@ impl Plan {
         for bound in &self.advice.bounds {
             let place = &self.origins[bound.origin.0 as usize].place;
             if bound.omega == 0.0 {
-                let (domain, step, part) = (&bound.domain, bound.step * 1e9, &bound.part);
-                line(out, 1, &format!("{domain}: step {step:.4} ns for accuracy, set by {part} ({place})"));
+                let (domain, step, part) = (&bound.domain, time(bound.step), &bound.part);
+                line(out, 1, &format!("{domain}: step {step} for accuracy, set by {part} ({place})"));
                 continue;
             }
             let text = format!(
-                "{}: highest frequency {:.4e} rad/s, stable step {:.4} ns, set by {} ({place})",
+                "{}: highest frequency {:.4e} rad/s, stable step {}, set by {} ({place})",
                 bound.domain,
                 bound.omega,
-                bound.step * 1e9,
+                time(bound.step),
                 bound.part
             );
             line(out, 1, &text);

@@ -18,7 +18,7 @@ use crate::backend::state::{BodyState, State};
 use crate::backend::tape::RunningTape;
 use crate::physics::breaking::{Parting, Spent, Stretches};
 use crate::physics::{Bodies, Chains, YarnId, gershgorin, viscosity};
-use crate::plan::{OriginId, Plan, Quantity, Reading, Sink};
+use crate::plan::{OriginId, Plan, Quantity, Reading, Sink, told};
 
 /// One run of one plan.
 pub struct Engine<'p> {
@@ -194,9 +194,9 @@ impl<'p> Engine<'p> {
                 if step > stable * (1.0 + 1e-9) {
                     let (family, thread) = part.families[index];
                     let message = format!(
-                        "a step of {:.4} ns is over the stable bound of {:.4} ns that {} {} {} sets (yarn {})",
-                        step * 1e9,
-                        stable * 1e9,
+                        "a step of {} is over the stable bound of {} that {} {} {} sets (yarn {})",
+                        told::time(step),
+                        told::time(stable),
                         part.name,
                         format!("{family:?}").to_lowercase(),
                         thread,

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::diagnostics::Diagnostic;
+use crate::plan::told::time;
 use crate::plan::{Axes, DomainId, Drive, Kernel, NodeSet, OriginId, PlacedNode, Timing};
 use crate::scene::{self, Fix, Given, Item, Pull, SelectStep, Selection, SelectionTerm, Signal};
 
@@ -85,7 +86,7 @@ impl Maker<'_> {
         during: Option<&Given<String>>,
     ) -> Timing {
         for (field, given) in [("at", at), ("delay", delay)] {
-            self.take(format!("{}.{field}", item.name), given, format!("{} us", given.value * 1e6));
+            self.take(format!("{}.{field}", item.name), given, time(given.value));
         }
         let always = matches!(when.value, Signal::Truth(true));
         let when = (!always).then(|| self.tape(format!("{}.when", item.name), when));

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::diagnostics::Diagnostic;
+use crate::plan::told::time;
 use crate::plan::{Bound, Node, OriginId, PassId, constant};
 use crate::scene::{Extents, Item, ItemBody, Run, Step};
 
@@ -43,7 +44,7 @@ impl Maker<'_> {
         let step = self.step(run, bound, setter, turning, stepping);
         let (duration, most_steps) = match &run.extent {
             Extents::Duration(given) => {
-                self.take("run.duration", given, format!("{} us", given.value * 1e6));
+                self.take("run.duration", given, time(given.value));
                 if !(given.value > 0.0 && given.value.is_finite()) {
                     let found =
                         Diagnostic::error("E0809", "a run lasts longer than no time", given.span(), "must be positive");
@@ -162,7 +163,7 @@ impl Maker<'_> {
     ) -> f64 {
         match run.step.value {
             Step::Fixed(step) => {
-                self.take("run.step", &run.step, format!("{} ns", step * 1e9));
+                self.take("run.step", &run.step, time(step));
                 if !(step > 0.0 && step.is_finite()) {
                     let found = Diagnostic::error(
                         "E0810",
@@ -211,13 +212,13 @@ impl Maker<'_> {
     }
 
     fn refuse_step(&mut self, run: &Run, step: f64, bound: f64, setter: Option<usize>) {
-        let message = format!("a step of {:.4} ns is over the stable bound of {:.4} ns", step * 1e9, bound * 1e9);
+        let message = format!("a step of {} is over the stable bound of {}", time(step), time(bound));
         let mut found = Diagnostic::error("E0811", message, run.step.span(), "would blow up");
         if let Some(setter) = setter {
             let bound = &self.advice.bounds[setter];
             found = found.also(self.origins[bound.origin.0 as usize].span, format!("set by {}", bound.part));
         }
-        let safe = format!("{:.4} ns", SAFETY * bound * 1e9);
+        let safe = time(SAFETY * bound);
         if !self.pieces.is_empty() && self.chain_domains().is_empty() {
             found = found.note("An implicit `integrator`, such as `backward_euler`, takes longer steps.");
         }

@@ -1,6 +1,7 @@
 //! What leaves the run: probes, frames, pictures, checks, and the watch that can stop it.
 
 use crate::diagnostics::Diagnostic;
+use crate::plan::told::time;
 use crate::plan::{Check, DomainId, Format, PictureView, Sink, across};
 use crate::scene::{Item, ItemBody, Picture, Probe, Record, Recorded, Run, Selection, View};
 
@@ -66,7 +67,7 @@ impl Maker<'_> {
     fn record(&mut self, item: &Item, record: &Record, duration: Option<f64>) {
         let every = match (&record.every, duration) {
             (Some(given), _) => {
-                self.take(format!("{}.every", item.name), given, format!("{} us", given.value * 1e6));
+                self.take(format!("{}.every", item.name), given, time(given.value));
                 if given.value <= 0.0 {
                     self.diagnostics.push(Diagnostic::error(
                         "E0812",
@@ -130,7 +131,7 @@ impl Maker<'_> {
         if let (Some(given), Some(duration)) = (&picture.at, duration)
             && let Some(late) = given.value.iter().find(|time| **time > duration * (1.0 + 1e-9))
         {
-            let message = format!("the run ends before {} us", late * 1e6);
+            let message = format!("the run ends before {}", time(*late));
             self.diagnostics.push(Diagnostic::warning(
                 "W0813",
                 message,

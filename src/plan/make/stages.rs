@@ -1,6 +1,7 @@
 //! Stages: spans of a run one after another, each with its own length, end and gravity; and actions that end others.
 
 use crate::diagnostics::{Diagnostic, Span};
+use crate::plan::told::time;
 use crate::plan::{Kernel, OriginId, PassId, Reduction, TapeId};
 use crate::scene::{Extents, Given, Item, ItemBody, Release, Run, Stage};
 
@@ -51,7 +52,7 @@ impl<'a> Maker<'a> {
         for (item, stage) in self.stages_of(run) {
             let name = &item.name;
             if let Some(given) = &stage.duration {
-                self.take(format!("{name}.duration"), given, format!("{} us", given.value * 1e6));
+                self.take(format!("{name}.duration"), given, time(given.value));
                 if !(given.value > 0.0 && given.value.is_finite()) {
                     let message = "a stage lasts longer than no time";
                     self.diagnostics.push(Diagnostic::error("E0809", message, given.span(), "must be positive"));
