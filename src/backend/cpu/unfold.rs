@@ -56,6 +56,8 @@ pub struct YarnPath<'a> {
     pub position: &'a [DVec3],
     /// One entry per node; empty where any perpendicular does.
     pub thickness_axis: &'a [DVec3],
+    /// The axes are those of the segments that start at the nodes, as a state keeps them.
+    pub axes_of_segments: bool,
     /// One entry per segment; empty where the yarn is unstrained as it lies.
     pub rest_length: &'a [f64],
     /// One entry per node; empty where every section is as woven.
@@ -174,7 +176,9 @@ fn add_yarn(chains: &mut Chains, domain: DomainId, first_law: u32, path: &YarnPa
         chains.rest_length.push(right);
     }
     let own = first as usize..first as usize + count;
-    section_frame::onto_segments(path.position, &mut chains.thickness_axis[own]);
+    if !path.axes_of_segments {
+        section_frame::onto_segments(path.position, &mut chains.thickness_axis[own]);
+    }
     let nodes = first..first + count as u32;
     let yarn = YarnId(chains.yarns.len() as u32);
     chains.yarns.push(Yarn { domain, nodes: nodes.clone(), law: first_law + path.law, strength: f64::INFINITY });

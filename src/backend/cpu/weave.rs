@@ -89,6 +89,8 @@ fn cut<'a>(
         position: &paths.positions[nodes.clone()],
         thickness_axis: &paths.thickness_axis[nodes.clone()],
         rest_length: &paths.rest_length[nodes.start..nodes.end - 1],
+        // Only a tiled cell comes with sections, from a state.
+        axes_of_segments: !half_thickness.is_empty(),
         half_thickness: if half_thickness.is_empty() { &[] } else { &half_thickness[nodes] },
     }
 }

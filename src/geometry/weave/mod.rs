@@ -6,6 +6,7 @@
 //! crest's corner.
 
 mod clearance;
+mod endless;
 mod tile;
 
 pub use tile::{Relaxed, Tiled, relaxed_period, tile};

@@ -1,12 +1,13 @@
 //! Tiling: a ply from the relaxed state of a small patch.
 //!
 //! One draft repeat is taken from the middle of the patch, where its edges matter least. Its period is measured between each
-//! node and the node one repeat on, averaged over the yarns that run that way; what a yarn's own period differs from the average
-//! is spread evenly over the repeat, so that the copies join without a step. Rest lengths are those of the unrelaxed patch, so the
-//! tension of the taut state is kept.
+//! node and the node one repeat on, averaged over the yarns that run that way, and the repeat is fitted to itself so that copies
+//! join and lie clear of each other. Rest lengths are those of the unrelaxed patch, and lengths are kept, so the tension of the
+//! taut state is too.
 
 use glam::DVec3;
 
+use super::endless::{Repeat, Strand};
 use super::{Crossing, Family, WeaveError, WeavePaths, WeaveRecipe, YarnPath, crossings, unfold};
 
 /// A tiled ply.
@@ -83,7 +84,8 @@ fn sides(cell: &WeaveRecipe, family: Family, block: Block) -> (u32, u32, u32, u3
 pub fn tile(cell: &WeaveRecipe, relaxed: Relaxed<'_>, repeats: [u32; 2]) -> Result<Tiled, WeaveError> {
     let block = middle(cell)?;
     let woven = unfold(cell)?;
-    let [period_x, period_y] = relaxed_period(cell, relaxed.positions)?;
+    let mut repeat = cut_out(cell, relaxed, block)?;
+    repeat.settle();
     let ply = WeaveRecipe {
         ends: cell.draft.ends as u32 * repeats[0],
         picks: cell.draft.picks as u32 * repeats[1],
@@ -91,22 +93,15 @@ pub fn tile(cell: &WeaveRecipe, relaxed: Relaxed<'_>, repeats: [u32; 2]) -> Resu
     };
     let mut tiled = Tiled { paths: WeavePaths::default(), half_thickness: Vec::with_capacity(ply.node_count()) };
     for family in [Family::Warp, Family::Weft] {
-        let (threads, first, _, _) = sides(cell, family, block);
-        let periods = if family == Family::Warp { [period_x, period_y] } else { [period_y, period_x] };
-        let across_repeats = if family == Family::Warp { repeats[0] } else { repeats[1] };
-        let along_repeats = if family == Family::Warp { repeats[1] } else { repeats[0] };
-        for copy in 0..across_repeats {
-            for thread in 0..threads {
-                let source = RepeatOf { cell, relaxed, woven: &woven, family, thread: first + thread, block };
-                let shift = periods[0] * f64::from(copy);
-                source.copy(
-                    &mut tiled,
-                    shift,
-                    periods[1],
-                    along_repeats,
-                    copy * threads + thread,
-                    ply.nodes_of(family),
-                );
+        let (threads, first, crossing, _) = sides(cell, family, block);
+        let copies = if family == Family::Warp { repeats[0] } else { repeats[1] };
+        let strands: Vec<&Strand> = repeat.strands.iter().filter(|s| s.family == family).collect();
+        for copy in 0..copies {
+            for (thread, strand) in (0..threads).zip(&strands) {
+                let start = cell.first_node(family, first + thread) + (crossing * cell.nodes_per_crossing) as usize;
+                let rest = &woven.rest_length[start..start + strand.nodes.len()];
+                let place = Place { cell, copy, thread: copy * threads + thread, nodes: ply.nodes_of(family) };
+                lay(&mut tiled, &repeat, strand, rest, &place);
             }
         }
     }
@@ -115,50 +110,70 @@ pub fn tile(cell: &WeaveRecipe, relaxed: Relaxed<'_>, repeats: [u32; 2]) -> Resu
     Ok(tiled)
 }
 
-/// One yarn of the middle repeat.
-struct RepeatOf<'a> {
-    cell: &'a WeaveRecipe,
-    relaxed: Relaxed<'a>,
-    woven: &'a WeavePaths,
-    family: Family,
-    thread: u32,
-    block: Block,
+/// The middle repeat by itself. What a yarn's own period differs from the patch's is spread evenly over it; its segments
+/// are to keep the lengths that they have in the patch.
+fn cut_out(cell: &WeaveRecipe, relaxed: Relaxed<'_>, block: Block) -> Result<Repeat, WeaveError> {
+    let [period_x, period_y] = relaxed_period(cell, relaxed.positions)?;
+    let mut repeat = Repeat { period: DVec3::new(period_x, period_y, 0.0), ..Repeat::default() };
+    let back = cell.turn.inverse();
+    for family in [Family::Warp, Family::Weft] {
+        let (threads, first, crossing, crossings) = sides(cell, family, block);
+        let length = (crossings * cell.nodes_per_crossing) as usize;
+        for thread in first..first + threads {
+            let start = cell.first_node(family, thread) + (crossing * cell.nodes_per_crossing) as usize;
+            let local = |node: usize| back * (relaxed.positions[node] - cell.origin);
+            let period = match family {
+                Family::Warp => DVec3::Y * period_y,
+                Family::Weft => DVec3::X * period_x,
+            };
+            let drift = local(start + length) - local(start) - period;
+            let from = repeat.position.len();
+            for within in 0..length {
+                let node = start + within;
+                repeat.position.push(local(node) - drift * (within as f64 / length as f64));
+                repeat.thickness_axis.push(back * relaxed.thickness_axis[node]);
+                repeat.half_thickness.push(relaxed.half_thickness[node]);
+                repeat.length.push(local(node).distance(local(node + 1)));
+            }
+            let section = cell.section(family, thread);
+            let axes_product = section.half_thickness * section.half_width;
+            repeat.strands.push(Strand { family, nodes: from..repeat.position.len(), axes_product });
+        }
+    }
+    Ok(repeat)
 }
 
-impl RepeatOf<'_> {
-    /// Appends the yarn's repeat `copies` times, shifted across by `across` and along by `period`.
-    fn copy(&self, tiled: &mut Tiled, across: f64, period: f64, copies: u32, thread: u32, nodes: usize) {
-        let n = self.cell.nodes_per_crossing as usize;
-        let (_, _, crossing, repeat) = sides(self.cell, self.family, self.block);
-        let length = repeat as usize * n;
-        let start = self.cell.first_node(self.family, self.thread) + crossing as usize * n;
-        let (along_axis, across_axis) = match self.family {
-            Family::Warp => (DVec3::Y, DVec3::X),
-            Family::Weft => (DVec3::X, DVec3::Y),
-        };
-        let turn = self.cell.turn;
-        let local = |node: usize| turn.inverse() * (self.relaxed.positions[node] - self.cell.origin);
-        let drift = local(start + length) - local(start) - along_axis * period;
-        let first = tiled.paths.positions.len();
-        for node in 0..nodes {
-            let (copy, within) = (node / length, node % length);
-            let source = start + within;
-            let place = local(source) - drift * (within as f64 / length as f64)
-                + along_axis * (period * copy as f64)
-                + across_axis * across;
-            tiled.paths.positions.push(self.cell.origin + turn * place);
-            tiled.paths.thickness_axis.push(self.relaxed.thickness_axis[source]);
-            tiled.half_thickness.push(self.relaxed.half_thickness[source]);
-            let last = node + 1 == nodes;
-            tiled.paths.rest_length.push(if last { 0.0 } else { self.woven.rest_length[source] });
-        }
-        debug_assert!(nodes <= copies as usize * length + 1);
-        let nodes = first..tiled.paths.positions.len();
-        let path: f64 =
-            nodes.clone().skip(1).map(|i| tiled.paths.positions[i].distance(tiled.paths.positions[i - 1])).sum();
-        let span = tiled.paths.positions[first].distance(tiled.paths.positions[nodes.end - 1]);
-        tiled.paths.yarns.push(YarnPath { family: self.family, thread, nodes, crimp: path / span - 1.0 });
+/// Where a copy of a strand goes.
+struct Place<'a> {
+    cell: &'a WeaveRecipe,
+    /// Repeats across the yarn before it.
+    copy: u32,
+    thread: u32,
+    nodes: usize,
+}
+
+/// Appends one yarn of the ply: a strand of the repeat again and again.
+fn lay(tiled: &mut Tiled, repeat: &Repeat, strand: &Strand, rest: &[f64], place: &Place<'_>) {
+    let (along, across) = match strand.family {
+        Family::Warp => (DVec3::Y, DVec3::X),
+        Family::Weft => (DVec3::X, DVec3::Y),
+    };
+    let (length, turn) = (strand.nodes.len(), place.cell.turn);
+    let first = tiled.paths.positions.len();
+    for node in 0..place.nodes {
+        let (copy, within) = (node / length, node % length);
+        let source = strand.nodes.start + within;
+        let shift = (along * copy as f64 + across * f64::from(place.copy)) * repeat.period;
+        tiled.paths.positions.push(place.cell.origin + turn * (repeat.position[source] + shift));
+        tiled.paths.thickness_axis.push(turn * repeat.thickness_axis[source]);
+        tiled.half_thickness.push(repeat.half_thickness[source]);
+        tiled.paths.rest_length.push(if node + 1 == place.nodes { 0.0 } else { rest[within] });
     }
+    let nodes = first..tiled.paths.positions.len();
+    let path: f64 =
+        nodes.clone().skip(1).map(|i| tiled.paths.positions[i].distance(tiled.paths.positions[i - 1])).sum();
+    let span = tiled.paths.positions[first].distance(tiled.paths.positions[nodes.end - 1]);
+    tiled.paths.yarns.push(YarnPath { family: strand.family, thread: place.thread, nodes, crimp: path / span - 1.0 });
 }
 
 /// Moves the ply so that the middle of its crossings lies at the cell's origin.
