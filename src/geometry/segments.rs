@@ -71,17 +71,18 @@ impl Tube {
     #[inline]
     pub fn tapered(a: DVec3, b: DVec3, near_axes: [DVec3; 2], sections: [Section; 2]) -> Self {
         let tangent = (b - a).normalize_or_zero();
-        let [[t0, w0], [t1, w1]] = [0, 1].map(|k| axes(tangent, near_axes[k], sections[k]));
+        let [t0, w0] = axes(tangent, near_axes[0], sections[0]);
+        let [t1, w1] = axes(tangent, near_axes[1], sections[1]);
         Self { a, b, tangent, thick: [t0, t1], wide: [w0, w1] }
     }
 
     /// Half extents of the sections at both ends along unit `n`, m.
     #[inline]
     pub fn supports(&self, n: DVec3) -> [f64; 2] {
-        [0, 1].map(|k| {
-            let (p, q) = (n.dot(self.thick[k]), n.dot(self.wide[k]));
-            (p * p + q * q).sqrt()
-        })
+        // Written out, for a mapped array is not made part of the loops that call this most.
+        let (p, q) = (n.dot(self.thick[0]), n.dot(self.wide[0]));
+        let (r, s) = (n.dot(self.thick[1]), n.dot(self.wide[1]));
+        [(p * p + q * q).sqrt(), (r * r + s * s).sqrt()]
     }
 
     /// Change of the half extents along `n` with the lengths r of the sections' shapes, dr² = da² + db² at constant area
@@ -362,6 +363,7 @@ fn nearest_of(simplex: &mut [DVec3; 4], count: usize) -> (DVec3, usize) {
     }
 }
 
+#[inline]
 fn on_edge(simplex: &mut [DVec3; 4], [i, j]: [usize; 2]) -> (DVec3, usize) {
     let (p, q) = (simplex[i], simplex[j]);
     let d = q - p;
