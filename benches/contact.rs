@@ -136,7 +136,8 @@ fn ply(threads: u32, half_thickness: f64, half_width: f64) -> Scene {
 fn main() {
     // `cargo test` runs benches without `--bench`, at a size that only shows that they work.
     let full = std::env::args().any(|a| a == "--bench");
-    let (threads, steps) = if full { (200, 100) } else { (20, 3) };
+    let yarns = std::env::var("YARNS").ok().and_then(|s| s.parse().ok()).unwrap_or(200);
+    let (threads, steps) = if full { (yarns, 100) } else { (20, 3) };
     let skin = std::env::var("SKIN").ok().and_then(|s| s.parse().ok());
     let count = std::env::var("THREADS").ok().and_then(|s| s.parse().ok()).unwrap_or(2);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build().expect("a pool of threads");
