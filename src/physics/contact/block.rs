@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::{DMat3, DVec3};
 
+use super::ahead::Ahead;
 use super::boxes;
 use super::flatten::{Sections, Shape};
 use super::islands::Islands;
@@ -47,6 +48,7 @@ pub(super) struct Block {
     yarn_rows: Vec<YarnRow>,
     body_rows: Vec<BodyRow>,
     room: Room,
+    ahead: Ahead,
     /// Impulse on side A by touch, in the order of the islands, N·s.
     pub impulses: [Vec<DVec3>; 2],
     pub rules: Vec<RuleTotals>,
@@ -89,7 +91,8 @@ impl Block {
                 bodies: &mut self.bodies,
             };
             island.warm_start::<FLAT>();
-            let (mut sweeps, mut residual) = island.sweep::<FLAT>(task.scene.h, task.tolerance, task.sweeps);
+            let (mut sweeps, mut residual) =
+                island.sweep::<FLAT>(task.scene.h, task.tolerance, task.sweeps, &mut self.ahead);
             let touches = [&task.islands.yarns[all(0)], &task.islands.bodies[all(1)]];
             for _ in 0..ROUNDS {
                 let renewed = self.room.relinearise::<FLAT>(&mut island, &self.nodes, task, touches);
@@ -97,7 +100,7 @@ impl Block {
                 if renewed == 0 {
                     break;
                 }
-                let (more, left) = island.sweep::<FLAT>(task.scene.h, task.tolerance, task.sweeps);
+                let (more, left) = island.sweep::<FLAT>(task.scene.h, task.tolerance, task.sweeps, &mut self.ahead);
                 (sweeps, residual) = (sweeps + more, left);
             }
             self.sweeps = self.sweeps.max(sweeps);

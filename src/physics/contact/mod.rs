@@ -5,6 +5,7 @@
 //! sorted by the ids of their features, and islands of touches are solved each for itself. So the bits are the same
 //! whenever candidates were sought and on any number of threads.
 
+mod ahead;
 mod block;
 mod boxes;
 mod broad;

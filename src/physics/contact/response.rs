@@ -6,6 +6,7 @@
 
 use glam::{DMat3, DVec3};
 
+use super::ahead::Ahead;
 use super::flatten::Shape;
 
 /// A yarn node as the island sees it.
@@ -266,6 +267,9 @@ impl BodyRow {
     }
 }
 
+/// Sweeps after which an island goes ahead along the sum of its sweeps.
+const PATIENCE: u32 = 16;
+
 /// 1/x; zero for two sides that cannot move.
 #[inline]
 pub(super) fn inverse(x: f64) -> f64 {
@@ -334,9 +338,14 @@ impl Island<'_> {
 
     /// Sweeps until no impulse moves its touch by more than 1/32 of `tolerance` m in a step of `h` s, or `most` sweeps are done.
     /// Returns the sweeps done and the last largest move, m.
-    pub fn sweep<const FLAT: bool>(&mut self, h: f64, tolerance: f64, most: u32) -> (u32, f64) {
+    pub fn sweep<const FLAT: bool>(&mut self, h: f64, tolerance: f64, most: u32, ahead: &mut Ahead) -> (u32, f64) {
         let mut residual = 0.0;
         for sweep in 1..=most {
+            if sweep == PATIENCE {
+                ahead.begin(self);
+            } else if sweep > PATIENCE {
+                ahead.go::<FLAT>(self);
+            }
             residual = 0.0;
             for r in &mut *self.yarns {
                 let change = r.relax::<FLAT>(self.points, self.shapes);
