@@ -47,13 +47,7 @@ fn a_flattening_ply_is_safe_from_1_to_1500_m_s() {
         assert!(outcome.halt.is_none(), "{speed} m/s: {:?}", outcome.halt);
         assert!(outcome.contact.contacts > 0, "{speed} m/s: nothing met");
         assert_eq!(outcome.penetrations, Some(0), "{speed} m/s");
-        if speed > 1000.0 {
-            // Sections as thin as 65 um there: 6.6 % of that, 2.8 % of the half-thickness as woven.
-            let deepest = totals.deepest.map_or(0.0, |d| d.depth);
-            assert!(deepest < 0.05 * 150e-6, "{speed} m/s: {:?}", totals.deepest);
-        } else {
-            assert_eq!(totals.most_overlaps, 0, "{speed} m/s: {:?}", totals.deepest);
-        }
+        assert_eq!(totals.most_overlaps, 0, "{speed} m/s: {:?}", totals.deepest);
         assert!(outcome.ledger.closure() <= 1e-3, "{speed} m/s: {:e}", outcome.ledger.closure());
     }
 }

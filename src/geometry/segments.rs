@@ -15,6 +15,9 @@ pub struct Closest {
     pub delta: DVec3,
 }
 
+/// Squared sine of the angle between their axes from which neighbouring segments share no section: 39°.
+const APART: f64 = 0.4;
+
 /// Squared sine of the angle below which two segments count as parallel.
 const PARALLEL: f64 = 1e-24;
 
@@ -76,6 +79,20 @@ impl Tube {
         Self { a, b, tangent, thick: [t0, t1], wide: [w0, w1] }
     }
 
+    /// As [`Tube::tapered`] between two joints: an end's axis is half way between the segment's own and its neighbour's,
+    /// which have no sign. The neighbour's share fades with the angle between both axes and is gone at 39°: where
+    /// loose ends kink and twist, each segment keeps a section that turns with it as one, and no joint jumps.
+    #[inline]
+    pub fn jointed(a: DVec3, b: DVec3, own: DVec3, neighbours: [Option<DVec3>; 2], sections: [Section; 2]) -> Self {
+        let axis = |other: Option<DVec3>| {
+            let Some(other) = other else { return own };
+            let cosine = own.dot(other);
+            let share = (1.0 - (1.0 - cosine * cosine) / APART).max(0.0).powi(2);
+            own + other * share.copysign(cosine)
+        };
+        Self::tapered(a, b, [axis(neighbours[0]), axis(neighbours[1])], sections)
+    }
+
     /// Half extents of the sections at both ends along unit `n`, m.
     #[inline]
     pub fn supports(&self, n: DVec3) -> [f64; 2] {
@@ -94,6 +111,12 @@ impl Tube {
             let both = (p * p + q * q) * (self.thick[k].length_squared() + self.wide[k].length_squared());
             if both > 0.0 { (p * p - q * q) / both.sqrt() } else { 0.0 }
         })
+    }
+
+    /// Both end sections' farthest points along `n` from the centreline, m.
+    #[inline]
+    pub fn support_points(&self, n: DVec3) -> [DVec3; 2] {
+        [self.support_point(0, n), self.support_point(1, n)]
     }
 
     /// The end section's farthest point along `n` from the centreline, m.
@@ -291,16 +314,19 @@ pub fn body_gap(tube: &Tube, farthest: impl Fn(DVec3) -> DVec3, start: DVec3, li
 }
 
 /// Times that the two are moved apart anew, along the last normal.
-const SHIFTS: usize = 2;
+const SHIFTS: usize = 6;
 /// Steps of the descent.
-const STEPS: usize = 12;
+const STEPS: usize = 24;
+/// Part of its distance to which the descent is carried.
+const EXACT: f64 = 1e-5;
 
 /// The widest slab between two convex sets, A above B, and its unit normal. `lowest` gives the point of the difference
 /// A − B that lies lowest along a direction; `best` is the first guess with its slab. By the descent of Gilbert, Johnson &
 /// Keerthi (IEEE J. Robot. Autom. 4, 1988): the difference is approached by a simplex of its extreme points.
 fn widest_slab(lowest: impl Fn(DVec3) -> DVec3, mut best: (f64, DVec3), margin: f64, limit: f64) -> (f64, DVec3) {
     for _ in 0..SHIFTS {
-        let shift = best.1 * (margin - best.0).max(0.0);
+        // Apart by enough, they have a distance as they are.
+        let shift = if best.0 > 0.1 * margin { DVec3::ZERO } else { best.1 * (margin - best.0) };
         let (mut simplex, mut count) = ([DVec3::ZERO; 4], 0);
         let mut n = best.1;
         let mut nearest = DVec3::ZERO;
@@ -315,7 +341,7 @@ fn widest_slab(lowest: impl Fn(DVec3) -> DVec3, mut best: (f64, DVec3), margin: 
             }
             let point = point + shift;
             // No point of the difference lies lower along n by more than that.
-            if step > 0 && nearest.length() - point.dot(n) <= 1e-7 * nearest.length() {
+            if step > 0 && nearest.length() - point.dot(n) <= EXACT * nearest.length() {
                 break;
             }
             simplex[count] = point;
@@ -327,7 +353,7 @@ fn widest_slab(lowest: impl Fn(DVec3) -> DVec3, mut best: (f64, DVec3), margin: 
             }
         }
         // Once the normal stays, moving apart along it changed nothing.
-        if n.dot(shift.normalize_or_zero()) > 1.0 - 1e-6 {
+        if shift == DVec3::ZERO || n.dot(shift.normalize_or_zero()) > 1.0 - EXACT {
             break;
         }
     }

@@ -80,12 +80,12 @@ impl Ahead {
         let mut sum = 0.0;
         for (r, step) in island.yarns.iter().zip(yarns) {
             let v = r.relative(island.points);
-            let opens = v.dot(r.cone.normal) + r.widening::<FLAT>(island.shapes);
+            let opens = v.dot(r.cone.normal) + r.widening::<FLAT>(island.points, island.shapes);
             sum += step.push * (opens - r.cone.target) + step.rub.dot(v);
         }
         for (r, step) in island.with_bodies.iter().zip(bodies) {
             let v = r.relative(island.points, island.bodies);
-            let opens = v.dot(r.cone.normal) + r.widening::<FLAT>(island.shapes);
+            let opens = v.dot(r.cone.normal) + r.widening::<FLAT>(island.points, island.shapes, island.bodies);
             sum += step.push * (opens - r.cone.target) + step.rub.dot(v);
         }
         sum

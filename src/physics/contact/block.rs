@@ -34,7 +34,9 @@ pub(super) struct Task<'a> {
 }
 
 /// Steps over which an overlap beyond the tolerance is parted.
-const PARTING: f64 = 64.0;
+const PARTING: f64 = 16.0;
+/// Tolerances by which it is parted in one step at most.
+const FASTEST: f64 = 4.0;
 /// Times that the touches of an island are linearised anew.
 const ROUNDS: usize = 3;
 
@@ -173,9 +175,12 @@ impl Block {
         let weights = [1.0 - t.s, t.s, t.t - 1.0, -t.t];
         let approach: DVec3 = (0..4).map(|k| task.approach[ids[k] as usize] * weights[k]).sum();
         let slopes = if FLAT && !t.folded { pair_slopes(task, t, law) } else { [0.0; 4] };
-        let mut row = YarnRow { nodes, weights, slopes, cone: cone(t, law, task.warm[0][k]) };
+        let turns = pair_turns(task, t, law);
+        let mut row = YarnRow { nodes, weights, slopes, turns, cone: cone(t, law, task.warm[0][k]) };
         (row.cone.mass, row.cone.mass_across) = row.masses::<FLAT>(&self.points, &self.shapes);
-        let speed = row.relative_before(&self.points).dot(t.normal);
+        let mut speed = row.relative_before(&self.points).dot(t.normal);
+        let v = |k: usize| self.points[row.nodes[k] as usize].before;
+        speed += turns[0].dot(v(1) - v(0)) + turns[1].dot(v(3) - v(2));
         let closing = Closing { approach: approach.dot(t.normal), speed, law };
         closing.bound(&mut row.cone, task);
         self.yarn_rows.push(row);
@@ -191,18 +196,18 @@ impl Block {
         let place = chains.position[ids[0] as usize] * weights[0] + chains.position[ids[1] as usize] * weights[1];
         // The arm ends on the yarn's centreline, where its mass is: so the moment of momentum is kept.
         let arm = place - bodies.position[t.j as usize];
-        let slopes = if FLAT {
-            let ends = task.scene.ends(t.i, t.families[0], [t.joins[0], t.joins[1]]);
-            task.scene.slopes(&ends, t.normal, t.s).map(|x| -x)
-        } else {
-            [0.0; 2]
-        };
-        let mut row = BodyRow { nodes, weights, slopes, body: t.j, arm, cone: cone(t, law, task.warm[1][k]) };
+        let ends = task.scene.ends(t.i, t.families[0], [t.joins[0], t.joins[1]]);
+        let slopes = if FLAT { task.scene.slopes(&ends, t.normal, t.s).map(|x| -x) } else { [0.0; 2] };
+        let [turn, couple] = task.scene.turns(&ends, t.normal, t.s);
+        let cone = cone(t, law, task.warm[1][k]);
+        let mut row = BodyRow { nodes, weights, slopes, turn, body: t.j, arm, couple, cone };
         (row.cone.mass, row.cone.mass_across) = row.masses::<FLAT>(&self.points, &self.shapes, &self.bodies);
         let b = &self.bodies[t.j as usize];
         let yarn: DVec3 = (0..2).map(|k| task.approach[ids[k] as usize] * weights[k]).sum();
         let approach = (yarn - b.velocity - b.spin.cross(arm)).dot(t.normal);
-        let speed = row.relative_before(&self.points, &self.bodies).dot(t.normal);
+        let v = |k: usize| self.points[row.nodes[k] as usize].before;
+        let turning = turn.dot(v(1) - v(0)) - b.before[1].dot(couple);
+        let speed = row.relative_before(&self.points, &self.bodies).dot(t.normal) + turning;
         let closing = Closing { approach, speed, law };
         closing.bound(&mut row.cone, task);
         self.body_rows.push(row);
@@ -217,7 +222,8 @@ impl Block {
         for k in 0..self.yarn_rows.len() {
             let r = self.yarn_rows[k];
             let (before, after) = (r.relative_before(&self.points), r.relative(&self.points));
-            let widening = [r.widening_before::<FLAT>(&self.shapes), r.widening::<FLAT>(&self.shapes)];
+            let widening =
+                [r.widening_before::<FLAT>(&self.points, &self.shapes), r.widening::<FLAT>(&self.points, &self.shapes)];
             let t = &task.yarns[place(0, k)];
             let rule = task.scene.laws.of_yarns(t.families[0], t.families[1]).map_or(0, |l| l.rule);
             self.book_one(task, rule, &r.cone, [before, after], widening);
@@ -227,7 +233,10 @@ impl Block {
             let r = self.body_rows[k];
             let before = r.relative_before(&self.points, &self.bodies);
             let after = r.relative(&self.points, &self.bodies);
-            let widening = [r.widening_before::<FLAT>(&self.shapes), r.widening::<FLAT>(&self.shapes)];
+            let widening = [
+                r.widening_before::<FLAT>(&self.points, &self.shapes, &self.bodies),
+                r.widening::<FLAT>(&self.points, &self.shapes, &self.bodies),
+            ];
             let t = &task.with_bodies[place(1, k)];
             let rule = task.scene.laws.of_body(t.j, t.families[0]).map_or(0, |l| l.rule);
             self.book_one(task, rule, &r.cone, [before, after], widening);
@@ -235,7 +244,7 @@ impl Block {
             self.impulses[1].push(impulse);
             let [force, moment] = &mut self.body_impulse[r.body as usize];
             *force -= impulse;
-            *moment -= r.arm.cross(impulse);
+            *moment -= r.arm.cross(impulse) + r.couple * r.cone.push;
         }
         self.compaction += self.shapes.iter().map(Shape::taken).sum::<f64>();
     }
@@ -265,6 +274,17 @@ pub(super) fn pair_slopes(task: &Task<'_>, t: &Touch, law: &PairLaw) -> [f64; 4]
         [scene.slopes(&a, t.normal, t.s), scene.slopes(&b, t.normal, t.t)]
     };
     [-p, -q, -r, -s]
+}
+
+/// Change of a pair's gap with the turning of both segments.
+fn pair_turns(task: &Task<'_>, t: &Touch, law: &PairLaw) -> [DVec3; 2] {
+    let scene = &task.scene;
+    if t.folded || law.variant == crate::plan::ContactVariant::Boxes || scene.laws.are_round(t.families) {
+        return [DVec3::ZERO; 2];
+    }
+    let a = scene.ends(t.i, t.families[0], [t.joins[0], t.joins[1]]);
+    let b = scene.ends(t.j, t.families[1], [t.joins[2], t.joins[3]]);
+    [scene.turns(&a, t.normal, t.s)[0], scene.turns(&b, t.normal, t.t)[0]]
 }
 
 fn cone(t: &Touch, law: &PairLaw, warm: DVec3) -> Cone {
@@ -297,11 +317,11 @@ struct Closing<'a> {
 impl Closing<'_> {
     /// Least normal speed after the step: it may use up the gap. A touch that closes in this step rebounds with the
     /// coefficient of restitution times its approach. An overlap beyond the tolerance parts slowly: over [`PARTING`]
-    /// steps, and by a tolerance per step at most.
+    /// steps, and by [`FASTEST`] tolerances per step at most.
     fn bound(&self, cone: &mut Cone, task: &Task<'_>) {
         let (h, tolerance) = (task.scene.h, task.tolerance);
         if cone.gap < 0.0 {
-            cone.end_gap = cone.gap + ((-cone.gap - tolerance) / PARTING).clamp(0.0, tolerance);
+            cone.end_gap = cone.gap + ((-cone.gap - tolerance) / PARTING).clamp(0.0, FASTEST * tolerance);
         }
         let closes = self.approach < 0.0 && cone.gap + h * self.speed < 0.0;
         if closes && task.restitution && self.law.restitution > 0.0 {

@@ -98,9 +98,10 @@ impl Scene<'_> {
     #[inline]
     pub fn tube(&self, e: &Ends) -> Tube {
         let family = &self.laws.families[e.family as usize];
-        let axes = joint_axes(self.chains, e.segment, e.joins);
+        let (axes, i) = (&self.chains.thickness_axis, e.segment as usize);
+        let neighbours = [e.joins[0].then(|| axes[i - 1]), e.joins[1].then(|| axes[i + 1])];
         let section = |b: f64| Section { half_thickness: b, half_width: family.half_width(b) };
-        Tube::tapered(e.at[0], e.at[1], axes, e.half_thickness.map(section))
+        Tube::jointed(e.at[0], e.at[1], axes[i], neighbours, e.half_thickness.map(section))
     }
 
     /// Every touch of a pair of chunks; returns the number of pairs tested.
@@ -213,6 +214,18 @@ impl Scene<'_> {
             let extents = self.extent(a, found.normal, found.s) + self.extent(b, found.normal, found.t);
             let slack = fold::slack(self.chains, (a.segment, found.s), (b.segment, found.t), extents);
             (found.gap, found.folded) = (found.gap + slack, slack > 0.0);
+            // In a fold the sections lie deep in each other, where their normal says little: the way between the
+            // centrelines may be the longer one.
+            let near = closest_on_segments(a0, a1, b0, b1);
+            let distance = near.delta.length();
+            if found.folded && distance > 0.0 {
+                let normal = near.delta / distance;
+                let extents = self.extent(a, normal, near.s) + self.extent(b, normal, near.t);
+                let slack = fold::slack(self.chains, (a.segment, near.s), (b.segment, near.t), extents);
+                if slack > 0.0 && distance - extents + slack > found.gap {
+                    found = Meeting { s: near.s, t: near.t, normal, gap: distance - extents + slack, folded: true };
+                }
+            }
         }
         (found.gap < reach).then_some(found)
     }
@@ -243,6 +256,21 @@ impl Scene<'_> {
         }
         let [first, last] = self.tube(e).shape_slopes(normal);
         [first * (1.0 - s), last * s]
+    }
+
+    /// How the gap over a segment changes with the difference of its nodes' velocities, for its sections turn with it and
+    /// with them the surface point that lies lowest: n·(ω × −S) = (t·n)(S·Δv)/L, S from the centreline along the normal to
+    /// the surface; and the moment (t × S)(t·n) by which that turns the segment for each N along the normal, m.
+    #[inline]
+    pub fn turns(&self, e: &Ends, normal: DVec3, s: f64) -> [DVec3; 2] {
+        if self.laws.families[e.family as usize].round {
+            return [DVec3::ZERO; 2];
+        }
+        let tube = self.tube(e);
+        let [first, last] = tube.support_points(normal);
+        let (reach, lean) = (first.lerp(last, s), tube.tangent.dot(normal));
+        let length = (e.at[1] - e.at[0]).length();
+        if length > 0.0 { [reach * (lean / length), tube.tangent.cross(reach) * lean] } else { [DVec3::ZERO; 2] }
     }
 
     /// Touches of the segments of a chunk with a body: at nodes, and inside a segment where the body pokes between two.
@@ -354,16 +382,6 @@ impl Scene<'_> {
         let normal = body.turn * outward;
         Some(Meeting { s, t: 0.0, normal, gap: distance - self.extent(e, normal, s), folded: false })
     }
-}
-
-/// Thickness axes at the ends of a segment, not normalised: its own, turned half way to the neighbour's where one joins.
-/// Axes have no sign.
-#[inline]
-fn joint_axes(chains: &Chains, segment: u32, joins: [bool; 2]) -> [DVec3; 2] {
-    let (axes, i) = (&chains.thickness_axis, segment as usize);
-    let own = axes[i];
-    let with = |other: DVec3| own + other * 1.0_f64.copysign(own.dot(other));
-    [if joins[0] { with(axes[i - 1]) } else { own }, if joins[1] { with(axes[i + 1]) } else { own }]
 }
 
 /// Places on A and B at both ends of the stretch that two segments share, if they lie side by side: within a tenth of a

@@ -17,6 +17,9 @@ struct Fresh {
     row: usize,
     meeting: Meeting,
     slopes: [f64; 4],
+    turns: [DVec3; 2],
+    /// Of side A as woven, m.
+    half_thickness: f64,
     /// By how much the gap differs from the promised one, m.
     error: f64,
     /// Place on side A where the step would end, m.
@@ -68,7 +71,7 @@ impl Room {
         for (row, (r, &k)) in island.yarns.iter().zip(touches).enumerate() {
             let t = &task.yarns[k as usize];
             let Some(law) = task.scene.laws.of_yarns(t.families[0], t.families[1]) else { continue };
-            let speed = r.relative(island.points).dot(r.cone.normal) + r.widening::<FLAT>(island.shapes);
+            let speed = r.relative(island.points).dot(r.cone.normal) + r.widening::<FLAT>(island.points, island.shapes);
             let promised = r.cone.gap + h * speed;
             let near = r.cone.push > 0.0 || promised < NEAR * task.tolerance;
             if law.variant == ContactVariant::Boxes || r.cone.rebound > 0.0 || !near {
@@ -91,7 +94,9 @@ impl Room {
             let meeting = if t.beside {
                 task.scene.at_places(&a, &b, r.weights[1], -r.weights[3], normal)
             } else {
-                let again = task.scene.meeting(law, &a, &b, || tubes, one_yarn, f64::INFINITY);
+                // Round sections are measured at once; others only as far as to show that the promise was kept.
+                let enough = if directed { promised - FINE * task.tolerance } else { f64::INFINITY };
+                let again = task.scene.meeting(law, &a, &b, || tubes, one_yarn, enough);
                 let Some(meeting) = again else { continue };
                 meeting
             };
@@ -106,7 +111,14 @@ impl Room {
                 [0.0; 4]
             };
             let error = meeting.gap - promised;
-            self.yarns.push(Fresh { row, meeting, slopes, error, place: DVec3::ZERO });
+            let turns = if directed && !meeting.folded {
+                let [p, q] = [(&a, meeting.s), (&b, meeting.t)];
+                [task.scene.turns(p.0, meeting.normal, p.1)[0], task.scene.turns(q.0, meeting.normal, q.1)[0]]
+            } else {
+                [DVec3::ZERO; 2]
+            };
+            let half_thickness = task.scene.laws.families[t.families[0] as usize].half_thickness;
+            self.yarns.push(Fresh { row, meeting, slopes, turns, half_thickness, error, place: DVec3::ZERO });
         }
     }
 
@@ -128,7 +140,8 @@ impl Room {
         for (row, (r, &k)) in island.with_bodies.iter().zip(touches).enumerate() {
             let t = &task.with_bodies[k as usize];
             let Some(law) = task.scene.laws.of_body(t.j, t.families[0]) else { continue };
-            let speed = r.relative(island.points, island.bodies).dot(r.cone.normal) + r.widening::<FLAT>(island.shapes);
+            let speed = r.relative(island.points, island.bodies).dot(r.cone.normal)
+                + r.widening::<FLAT>(island.points, island.shapes, island.bodies);
             let promised = r.cone.gap + h * speed;
             let near = r.cone.push > 0.0 || promised < NEAR * task.tolerance;
             let boxed = law.boxed || law.variant == ContactVariant::Boxes;
@@ -148,7 +161,10 @@ impl Room {
             let [p, q] = if FLAT { task.scene.slopes(&a, meeting.normal, meeting.s) } else { [0.0; 2] };
             let place = a.at[0].lerp(a.at[1], meeting.s) - self.frames[t.j as usize].position;
             let error = meeting.gap - promised;
-            self.bodies.push(Fresh { row, meeting, slopes: [-p, -q, 0.0, 0.0], error, place });
+            let turns = task.scene.turns(&a, meeting.normal, meeting.s);
+            let half_thickness = task.scene.laws.families[t.families[0] as usize].half_thickness;
+            let slopes = [-p, -q, 0.0, 0.0];
+            self.bodies.push(Fresh { row, meeting, slopes, turns, half_thickness, error, place });
         }
     }
 
@@ -163,7 +179,9 @@ impl Room {
                 let shape = if FLAT { f.slopes[k] * island.shapes[n].rate } else { 0.0 };
                 island.points[n].velocity.dot(f.meeting.normal) * weights[k] + shape
             };
-            f.meeting.gap -= h * ((at(0) + at(1)) + (at(2) + at(3)));
+            let v = |k: usize| island.points[r.nodes[k] as usize].velocity;
+            let turning = f.turns[0].dot(v(1) - v(0)) + f.turns[1].dot(v(3) - v(2));
+            f.meeting.gap -= h * ((at(0) + at(1)) + (at(2) + at(3)) + turning);
         }
         for f in &self.yarns {
             let r = &mut island.yarns[f.row];
@@ -171,11 +189,13 @@ impl Room {
                 continue;
             }
             r.apply::<FLAT>(island.points, island.shapes, -r.cone.impulse(), -r.cone.push);
-            (r.weights, r.slopes) = (pair_weights(&f.meeting), f.slopes);
+            (r.weights, r.slopes, r.turns) = (pair_weights(&f.meeting), f.slopes, f.turns);
             (r.cone.normal, r.cone.gap) = (f.meeting.normal, f.meeting.gap);
             r.cone.rub -= r.cone.normal * r.cone.rub.dot(r.cone.normal);
             (r.cone.mass, r.cone.mass_across) = r.masses::<FLAT>(island.points, island.shapes);
-            r.cone.aim(h);
+            let before = r.relative_before(island.points).dot(r.cone.normal)
+                + r.widening_before::<FLAT>(island.points, island.shapes);
+            r.cone.aim_again(h, before, f.half_thickness);
             r.apply::<FLAT>(island.points, island.shapes, r.cone.impulse(), r.cone.push);
         }
     }
@@ -192,7 +212,9 @@ impl Room {
             };
             let b = &island.bodies[r.body as usize];
             let body = (b.velocity + b.spin.cross(f.place)).dot(f.meeting.normal);
-            f.meeting.gap -= h * (at(0) + at(1) - body);
+            let v = |k: usize| island.points[r.nodes[k] as usize].velocity;
+            let turning = f.turns[0].dot(v(1) - v(0)) - b.spin.dot(f.turns[1]);
+            f.meeting.gap -= h * (at(0) + at(1) - body + turning);
         }
         for f in &self.bodies {
             let r = &mut island.with_bodies[f.row];
@@ -202,11 +224,14 @@ impl Room {
             r.apply::<FLAT>(island.points, island.shapes, island.bodies, -r.cone.impulse(), -r.cone.push);
             r.weights = [1.0 - f.meeting.s, f.meeting.s];
             r.slopes = [f.slopes[0], f.slopes[1]];
+            [r.turn, r.couple] = f.turns;
             r.arm = f.place;
             (r.cone.normal, r.cone.gap) = (f.meeting.normal, f.meeting.gap);
             r.cone.rub -= r.cone.normal * r.cone.rub.dot(r.cone.normal);
             (r.cone.mass, r.cone.mass_across) = r.masses::<FLAT>(island.points, island.shapes, island.bodies);
-            r.cone.aim(h);
+            let before = r.relative_before(island.points, island.bodies).dot(r.cone.normal)
+                + r.widening_before::<FLAT>(island.points, island.shapes, island.bodies);
+            r.cone.aim_again(h, before, f.half_thickness);
             r.apply::<FLAT>(island.points, island.shapes, island.bodies, r.cone.impulse(), r.cone.push);
         }
     }

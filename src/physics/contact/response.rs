@@ -51,6 +51,9 @@ pub(super) struct Cone {
     pub sliding: f64,
 }
 
+/// Part of the half-thickness that a touch linearised anew may part by in a step beyond its rebound.
+const AGAIN: f64 = 4e-3;
+
 impl Cone {
     /// Change of the normal impulse that the normal speed `vn` asks for.
     #[inline]
@@ -64,6 +67,15 @@ impl Cone {
     /// Takes the target that brings this linearisation to the gap it may end with.
     pub fn aim(&mut self, h: f64) {
         self.target = ((self.end_gap - self.gap) / h).max(self.rebound);
+    }
+
+    /// As [`Cone::aim`] for a touch linearised anew, `before` its normal speed before the response (m/s). A rebound no
+    /// faster than the approach takes no energy from anywhere; beyond that only [`AGAIN`] of the half-thickness `b` (m) a step
+    /// is asked for, and the rest of an overlap that nobody foresaw parts slowly in later steps.
+    pub fn aim_again(&mut self, h: f64, before: f64, b: f64) {
+        let most = (-before).max(0.0) + AGAIN * b / h;
+        self.aim(h);
+        self.target = self.target.min(most.max(self.rebound));
     }
 
     /// Change of the tangential impulse that the relative velocity `v` asks for, within the cone.
@@ -95,6 +107,9 @@ pub(super) struct YarnRow {
     pub weights: [f64; 4],
     /// Change of the gap with each node's shape; zero where nothing flattens.
     pub slopes: [f64; 4],
+    /// Change of the gap with the difference of each side's two nodes: sections turn with their segments, so where the
+    /// normal leans along a yarn, its surface moves otherwise than its centreline. Zero for round sections.
+    pub turns: [DVec3; 2],
     pub cone: Cone,
 }
 
@@ -104,8 +119,12 @@ pub(super) struct BodyRow {
     pub nodes: [u32; 2],
     pub weights: [f64; 2],
     pub slopes: [f64; 2],
+    /// As [`YarnRow::turns`].
+    pub turn: DVec3,
     pub body: u32,
     pub arm: DVec3,
+    /// Moment about the place of contact that turning the segment takes from the body, for each N of push, m.
+    pub couple: DVec3,
     pub cone: Cone,
 }
 
@@ -122,14 +141,28 @@ impl YarnRow {
         (at(0) + at(1)) + (at(2) + at(3))
     }
 
-    /// Speed at which the sections' shapes open the gap, m/s.
+    /// Whether the sections' turning counts.
     #[inline]
-    pub fn widening<const FLAT: bool>(&self, shapes: &[Shape]) -> f64 {
-        if FLAT { (0..4).map(|k| self.slopes[k] * shapes[self.nodes[k] as usize].rate).sum() } else { 0.0 }
+    fn turns(&self) -> bool {
+        self.turns != [DVec3::ZERO; 2]
     }
 
-    pub fn widening_before<const FLAT: bool>(&self, shapes: &[Shape]) -> f64 {
-        if FLAT { (0..4).map(|k| self.slopes[k] * shapes[self.nodes[k] as usize].before).sum() } else { 0.0 }
+    /// Speed at which the sections' shapes and turning open the gap, m/s.
+    #[inline]
+    pub fn widening<const FLAT: bool>(&self, points: &[Point], shapes: &[Shape]) -> f64 {
+        let shape = if FLAT { (0..4).map(|k| self.slopes[k] * shapes[self.nodes[k] as usize].rate).sum() } else { 0.0 };
+        if !self.turns() {
+            return shape;
+        }
+        let at = |k: usize| points[self.nodes[k] as usize].velocity;
+        shape + self.turns[0].dot(at(1) - at(0)) + self.turns[1].dot(at(3) - at(2))
+    }
+
+    pub fn widening_before<const FLAT: bool>(&self, points: &[Point], shapes: &[Shape]) -> f64 {
+        let shape =
+            if FLAT { (0..4).map(|k| self.slopes[k] * shapes[self.nodes[k] as usize].before).sum() } else { 0.0 };
+        let at = |k: usize| points[self.nodes[k] as usize].before;
+        shape + self.turns[0].dot(at(1) - at(0)) + self.turns[1].dot(at(3) - at(2))
     }
 
     /// Applies `impulse` at the place of contact, of which `push` along the normal.
@@ -138,6 +171,13 @@ impl YarnRow {
         for k in 0..4 {
             let p = &mut points[self.nodes[k] as usize];
             p.velocity += impulse * (self.weights[k] * p.inverse_mass);
+        }
+        if push != 0.0 && self.turns() {
+            for k in 0..4 {
+                let p = &mut points[self.nodes[k] as usize];
+                let side = if k % 2 == 0 { -push } else { push };
+                p.velocity += self.turns[k / 2] * (side * p.inverse_mass);
+            }
         }
         if FLAT {
             for k in 0..4 {
@@ -151,7 +191,17 @@ impl YarnRow {
     pub fn masses<const FLAT: bool>(&self, points: &[Point], shapes: &[Shape]) -> (f64, f64) {
         let across: f64 = (0..4).map(|k| self.weights[k].powi(2) * points[self.nodes[k] as usize].inverse_mass).sum();
         let shape = |k: usize| self.slopes[k].powi(2) * shapes[self.nodes[k] as usize].inverse_mass;
-        let along = if FLAT { across + (0..4).map(shape).sum::<f64>() } else { across };
+        let mut along = across;
+        if self.turns() {
+            let way = |k: usize| {
+                let turn = if k.is_multiple_of(2) { -self.turns[k / 2] } else { self.turns[k / 2] };
+                (self.cone.normal * self.weights[k] + turn).length_squared()
+            };
+            along = (0..4).map(|k| way(k) * points[self.nodes[k] as usize].inverse_mass).sum();
+        }
+        if FLAT {
+            along += (0..4).map(shape).sum::<f64>();
+        }
         (inverse(along), inverse(across))
     }
 
@@ -160,12 +210,21 @@ impl YarnRow {
     fn relax<const FLAT: bool>(&mut self, points: &mut [Point], shapes: &mut [Shape]) -> f64 {
         let mut most: f64 = 0.0;
         for _ in 0..if FLAT { INNER } else { 1 } {
-            let v = self.relative(points);
-            let push = self.cone.press(v.dot(self.cone.normal) + self.widening::<FLAT>(shapes));
-            // The mass of points is the same in all directions: pressing leaves the tangential speed as it is.
-            let change = self.cone.normal * push + self.cone.hold(v);
-            if change != DVec3::ZERO {
+            let mut v = self.relative(points);
+            let push = self.cone.press(v.dot(self.cone.normal) + self.widening::<FLAT>(points, shapes));
+            let mut change = self.cone.normal * push;
+            if self.turns() && push != 0.0 {
                 self.apply::<FLAT>(points, shapes, change, push);
+                v = self.relative(points);
+                let rub = self.cone.hold(v);
+                self.apply::<FLAT>(points, shapes, rub, 0.0);
+                change += rub;
+            } else {
+                // The mass of points is the same in all directions: pressing leaves the tangential speed as it is.
+                change += self.cone.hold(v);
+                if change != DVec3::ZERO {
+                    self.apply::<FLAT>(points, shapes, change, push);
+                }
             }
             most = most.max(change.length());
             if !FLAT || !give_way(&self.nodes, shapes) {
@@ -200,13 +259,20 @@ impl BodyRow {
         at(0) + at(1) - (velocity + spin.cross(self.arm))
     }
 
+    /// Speed at which the sections' shapes and turning open the gap, m/s.
     #[inline]
-    pub fn widening<const FLAT: bool>(&self, shapes: &[Shape]) -> f64 {
-        if FLAT { (0..2).map(|k| self.slopes[k] * shapes[self.nodes[k] as usize].rate).sum() } else { 0.0 }
+    pub fn widening<const FLAT: bool>(&self, points: &[Point], shapes: &[Shape], bodies: &[Rigid]) -> f64 {
+        let shape = if FLAT { (0..2).map(|k| self.slopes[k] * shapes[self.nodes[k] as usize].rate).sum() } else { 0.0 };
+        let at = |k: usize| points[self.nodes[k] as usize].velocity;
+        shape + self.turn.dot(at(1) - at(0)) - bodies[self.body as usize].spin.dot(self.couple)
     }
 
-    pub fn widening_before<const FLAT: bool>(&self, shapes: &[Shape]) -> f64 {
-        if FLAT { (0..2).map(|k| self.slopes[k] * shapes[self.nodes[k] as usize].before).sum() } else { 0.0 }
+    /// The same before the response, m/s.
+    pub fn widening_before<const FLAT: bool>(&self, points: &[Point], shapes: &[Shape], bodies: &[Rigid]) -> f64 {
+        let shape =
+            if FLAT { (0..2).map(|k| self.slopes[k] * shapes[self.nodes[k] as usize].before).sum() } else { 0.0 };
+        let at = |k: usize| points[self.nodes[k] as usize].before;
+        shape + self.turn.dot(at(1) - at(0)) - bodies[self.body as usize].before[1].dot(self.couple)
     }
 
     #[inline]
@@ -220,7 +286,8 @@ impl BodyRow {
     ) {
         for k in 0..2 {
             let p = &mut points[self.nodes[k] as usize];
-            p.velocity += impulse * (self.weights[k] * p.inverse_mass);
+            let turn = if k == 0 { -self.turn } else { self.turn };
+            p.velocity += (impulse * self.weights[k] + turn * push) * p.inverse_mass;
         }
         if FLAT {
             for k in 0..2 {
@@ -230,14 +297,15 @@ impl BodyRow {
         }
         let b = &mut bodies[self.body as usize];
         b.velocity -= impulse * b.inverse_mass;
-        b.spin -= b.inverse_inertia * self.arm.cross(impulse);
+        b.spin -= b.inverse_inertia * (self.arm.cross(impulse) + self.couple * push);
     }
 
     #[inline]
     fn relax<const FLAT: bool>(&mut self, points: &mut [Point], shapes: &mut [Shape], bodies: &mut [Rigid]) -> f64 {
         let mut most: f64 = 0.0;
         for _ in 0..if FLAT { INNER } else { 1 } {
-            let vn = self.relative(points, bodies).dot(self.cone.normal) + self.widening::<FLAT>(shapes);
+            let vn =
+                self.relative(points, bodies).dot(self.cone.normal) + self.widening::<FLAT>(points, shapes, bodies);
             let push = self.cone.press(vn);
             let press = self.cone.normal * push;
             self.apply::<FLAT>(points, shapes, bodies, press, push);
@@ -263,7 +331,13 @@ impl BodyRow {
         let base = yarn + b.inverse_mass;
         let shape = |k: usize| self.slopes[k].powi(2) * shapes[self.nodes[k] as usize].inverse_mass;
         let shapes = if FLAT { shape(0) + shape(1) } else { 0.0 };
-        (inverse(base + give(n, n) + shapes), inverse(base + most))
+        let way = |k: usize| {
+            let turn = if k == 0 { -self.turn } else { self.turn };
+            (n * self.weights[k] + turn).length_squared() * points[self.nodes[k] as usize].inverse_mass
+        };
+        let moment = self.arm.cross(n) + self.couple;
+        let along = way(0) + way(1) + b.inverse_mass + moment.dot(b.inverse_inertia * moment);
+        (inverse(along + shapes), inverse(base + most))
     }
 }
 
@@ -300,23 +374,26 @@ impl Island<'_> {
         for r in &*self.yarns {
             let before = r.relative_before(self.points);
             linear += r.cone.impulse().dot(before);
-            linear += r.cone.push * (r.widening_before::<FLAT>(self.shapes) - r.cone.target);
+            linear += r.cone.push * (r.widening_before::<FLAT>(self.points, self.shapes) - r.cone.target);
             r.apply::<FLAT>(self.points, self.shapes, r.cone.impulse(), r.cone.push);
         }
         for r in &*self.with_bodies {
             let before = r.relative_before(self.points, self.bodies);
             linear += r.cone.impulse().dot(before);
-            linear += r.cone.push * (r.widening_before::<FLAT>(self.shapes) - r.cone.target);
+            let opens = r.widening_before::<FLAT>(self.points, self.shapes, self.bodies);
+            linear += r.cone.push * (opens - r.cone.target);
             r.apply::<FLAT>(self.points, self.shapes, self.bodies, r.cone.impulse(), r.cone.push);
         }
         for r in &*self.yarns {
             let change = r.relative(self.points) - r.relative_before(self.points);
-            let shape = r.widening::<FLAT>(self.shapes) - r.widening_before::<FLAT>(self.shapes);
+            let shape =
+                r.widening::<FLAT>(self.points, self.shapes) - r.widening_before::<FLAT>(self.points, self.shapes);
             quadratic += change.dot(r.cone.impulse()) + r.cone.push * shape;
         }
         for r in &*self.with_bodies {
             let change = r.relative(self.points, self.bodies) - r.relative_before(self.points, self.bodies);
-            let shape = r.widening::<FLAT>(self.shapes) - r.widening_before::<FLAT>(self.shapes);
+            let shape = r.widening::<FLAT>(self.points, self.shapes, self.bodies)
+                - r.widening_before::<FLAT>(self.points, self.shapes, self.bodies);
             quadratic += change.dot(r.cone.impulse()) + r.cone.push * shape;
         }
         let scale = if quadratic > 0.0 { (-linear / quadratic).clamp(0.0, 1.0) } else { 0.0 };
