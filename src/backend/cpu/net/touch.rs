@@ -392,12 +392,12 @@ impl Engine<'_> {
         impulse.map_or(DVec3::ZERO, |[linear, _]| *linear / self.h)
     }
 
-    /// Whether a rule named after `item` pressed in the last step.
+    /// Whether anything of a rule named after `item` touched in the last step.
     pub(in crate::backend::cpu) fn net_touching(&self, item: &str) -> bool {
-        let pressed = |touch: &NetTouch| {
-            touch.rules.iter().zip(&touch.last.rules).any(|(rule, totals)| rule == item && totals.exchanged > 0.0)
+        let touches = |touch: &NetTouch| {
+            touch.rules.iter().zip(&touch.last.touching).any(|(rule, touching)| rule == item && *touching)
         };
-        self.net_touch.as_ref().is_some_and(pressed)
+        self.net_touch.as_ref().is_some_and(touches)
     }
 
     /// What an oracle may see of the net in a step that began at these places.

@@ -58,6 +58,8 @@ pub struct ClothSettings {
     pub tolerance: f64,
     /// Distance at which two bodies touch, m; small beside them, for nothing keeps a resting body from the last of it.
     pub margin: f64,
+    /// What is no farther apart than this touches, pressed or not, m. Changes what is told only.
+    pub touch: f64,
     /// Rounds of continuous tests and new rows before rigid zones are formed.
     pub rounds: u32,
     /// Rounds of growing zones before the step is refused.
@@ -67,7 +69,8 @@ pub struct ClothSettings {
 impl ClothSettings {
     /// What suits cloth whose thinnest part has this half-thickness (m).
     pub fn for_half_thickness(half: f64) -> Self {
-        Self { skin: 4.0 * half, sweeps: 400, tolerance: 1e-3 * half, margin: 1e-3 * half, rounds: 12, zone_rounds: 12 }
+        let [tolerance, margin, touch] = [1e-3, 1e-3, 1e-2].map(|share| share * half);
+        Self { skin: 4.0 * half, sweeps: 400, tolerance, margin, touch, rounds: 12, zone_rounds: 12 }
     }
 }
 

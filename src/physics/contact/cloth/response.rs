@@ -29,11 +29,13 @@ impl Task {
     }
 
     /// Least normal speed after the step: the gap may be used up; what closes in this step rebounds with the coefficient
-    /// of restitution times its approach; an overlap beyond the tolerance parts slowly.
+    /// of restitution times its approach; an overlap beyond the tolerance parts slowly. Without restitution things stop
+    /// where they touch, not where the step found them.
     pub fn target(&self, rule: &ClothRule, gap: f64, approach: f64, speed: f64) -> f64 {
         let rest = if gap >= 0.0 { -gap / self.h } else { self.parting(gap) };
         let closes = approach < 0.0 && gap + self.h * speed < 0.0;
-        if closes && self.restitution { rest.max(-rule.restitution * approach) } else { rest }
+        let rebounds = closes && self.restitution && rule.restitution > 0.0;
+        if rebounds { rest.max(-rule.restitution * approach) } else { rest }
     }
 }
 

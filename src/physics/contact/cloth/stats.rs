@@ -72,6 +72,8 @@ pub struct ClothContactStats {
     pub seconds: ClothSeconds,
     /// In the order of the rules, J.
     pub rules: Vec<RuleTotals>,
+    /// Whether anything of each rule touched: pressed, or lay within [`ClothSettings::touch`](super::ClothSettings) of touching.
+    pub touching: Vec<bool>,
     /// Energy that zones took out, J.
     pub zone_loss: f64,
     /// Impulse (N·s) on each body and its moment about the body's centre (N·m·s).
@@ -99,6 +101,7 @@ impl ClothContactStats {
             return;
         }
         self.zone_loss += part.zone_loss;
+        self.touching.iter_mut().zip(&part.touching).for_each(|(one, other)| *one |= *other);
         self.rules.iter_mut().zip(&part.rules).for_each(|(sum, rule)| sum.add(rule));
         for (sum, impulse) in self.body_impulse.iter_mut().zip(&part.body_impulse) {
             (sum[0], sum[1]) = (sum[0] + impulse[0], sum[1] + impulse[1]);

@@ -39,6 +39,7 @@ impl ClothContact {
     ) -> ClothContactStats {
         let mut stats = ClothContactStats {
             rules: vec![RuleTotals::default(); self.laws.rules.len()],
+            touching: vec![false; self.laws.rules.len()],
             body_impulse: vec![[DVec3::ZERO; 2]; bodies.position.len()],
             ..ClothContactStats::default()
         };
@@ -394,6 +395,7 @@ impl ClothContact {
         stats.rows = self.rows.len();
         stats.pressed = self.rows.iter().filter(|row| row.push > 0.0).count();
         for row in &self.rows {
+            stats.touching[row.rule as usize] |= row.push > 0.0 || row.gap <= self.settings.touch;
             for (side, impulse) in [(0, row.impulse()), (1, -row.impulse())] {
                 if let Some([force, moment]) = stats.body_impulse.get_mut(row.bodies[side] as usize) {
                     *force += impulse;
