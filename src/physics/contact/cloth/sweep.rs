@@ -36,8 +36,8 @@ const KEPT: f64 = 0.5;
 
 /// Share of the thickness by which a step may end too near before it gets another row, and by which what is too near
 /// already may come nearer.
-const SLACK: f64 = 0.02;
-const CREEP: f64 = 0.005;
+const SLACK: f64 = 0.005;
+const CREEP: f64 = 0.0005;
 
 /// Distance at the end of a step under which a pair gets another row, m.
 fn wanted(thickness: f64, distance: f64) -> f64 {
