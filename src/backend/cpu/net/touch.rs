@@ -214,10 +214,14 @@ impl Engine<'_> {
     /// places are put right too.
     pub(in crate::backend::cpu) fn net_contact(&mut self) {
         let Some(mut touch) = self.net_touch.take() else { return };
-        if self.halt.is_none() {
+        let runs = self.halt.is_none();
+        if runs {
             if self.is_whole() { self.correct_whole(&mut touch) } else { self.correct_kicked(&mut touch) }
         }
         self.net_touch = Some(touch);
+        if runs && self.is_whole() {
+            self.book_all_met();
+        }
     }
 
     fn correct_kicked(&mut self, touch: &mut NetTouch) {
@@ -384,6 +388,13 @@ impl Engine<'_> {
         );
         work += 0.5 * moment.dot(spin + kicked_spin);
         self.ledger.accounts[self.parts.len() + i].now.contact += work;
+    }
+
+    /// What a held or driven node met in the last step, N·s.
+    pub(in crate::backend::cpu) fn net_contact_on_held(&self, node: u32) -> DVec3 {
+        let Some(touch) = &self.net_touch else { return DVec3::ZERO };
+        let held = &touch.last.held_impulse;
+        held.binary_search_by_key(&node, |(held, _)| *held).map_or(DVec3::ZERO, |at| held[at].1)
     }
 
     /// What the net's contact did to a body in the last step, averaged over it, N.

@@ -93,6 +93,8 @@ pub struct ClothContact {
     /// Room for a place of each node in a list.
     place_of: Vec<u32>,
     rows: Vec<Row>,
+    /// Rows whose demands contradict each other.
+    jammed: Vec<u32>,
     room: Vec<narrow::Room>,
     hit_room: Vec<Hits>,
     hits: Vec<Hit>,
@@ -143,6 +145,7 @@ impl ClothContact {
             solids: bodies.solids.clone(),
             place_of: vec![0; features.nodes],
             rows: Vec::new(),
+            jammed: Vec::new(),
             room: Vec::new(),
             hit_room: Vec::new(),
             hits: Vec::new(),

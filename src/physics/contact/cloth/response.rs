@@ -149,14 +149,27 @@ fn movers<'a>(row: &'a Row, motion: &'a Motion<'_>, nodes: u32) -> impl Iterator
     of_net.chain(row.bodies.iter().filter(moves).map(move |b| nodes + b))
 }
 
-/// Solves all islands; returns the most sweeps and the largest change of place by the last one, m.
-pub(super) fn solve(rows: &mut [Row], islands: &Islands, motion: &mut Motion<'_>, task: &Task) -> (u32, f64) {
+/// Solves all islands; returns the most sweeps and the largest change of place by the last one, m. Rows of islands whose
+/// demands contradict each other go to `jammed`.
+pub(super) fn solve(
+    rows: &mut [Row],
+    islands: &Islands,
+    motion: &mut Motion<'_>,
+    task: &Task,
+    jammed: &mut Vec<u32>,
+) -> (u32, f64) {
     let (mut most, mut unresolved) = (0, 0.0_f64);
+    let mut halfway: Vec<Halfway> = Vec::new();
+    jammed.clear();
     for ends in islands.starts.windows(2) {
         let island = &islands.rows[ends[0] as usize..ends[1] as usize];
         let settled = SETTLED * task.tolerance / task.h;
         let mut residual = 0.0;
+        halfway.clear();
         for sweep in 0..task.sweeps {
+            if sweep == task.sweeps / 2 {
+                halfway.extend(island.iter().map(|k| Halfway::of(&rows[*k as usize], motion)));
+            }
             residual = 0.0_f64;
             let mut one = |k: &u32| residual = residual.max(rows[*k as usize].relax(motion));
             if sweep % 2 == 0 {
@@ -170,8 +183,45 @@ pub(super) fn solve(rows: &mut [Row], islands: &Islands, motion: &mut Motion<'_>
             }
         }
         unresolved = unresolved.max(residual * task.h);
+        if residual > settled && contradicts(rows, island, &halfway, motion) {
+            let presses = |k: &&u32| rows[**k as usize].push > 0.0;
+            jammed.extend(island.iter().filter(presses));
+        }
     }
     (most, unresolved)
+}
+
+/// A row after half of the sweeps.
+struct Halfway {
+    push: f64,
+    impulse: DVec3,
+    relative: DVec3,
+}
+
+impl Halfway {
+    fn of(row: &Row, motion: &Motion<'_>) -> Self {
+        Self { push: row.push, impulse: row.impulse(), relative: row.relative(motion) }
+    }
+}
+
+/// Velocities that met the demands would need this many times the energy that things of this island move with.
+const BEYOND: f64 = 64.0;
+
+/// Whether no velocities can meet what the rows of an island ask for, as where cloth lies between two things that nothing
+/// can move and that close. Impulses then grow along a direction p that moves next to nothing (Farkas' lemma): velocities v
+/// that met all demands d would have p·d ≤ p·Jv ≤ (p·JM⁻¹Jᵀp)^½ (v·Mv)^½.
+fn contradicts(rows: &[Row], island: &[u32], halfway: &[Halfway], motion: &Motion<'_>) -> bool {
+    let (mut demand, mut moved, mut mass, mut fastest) = (0.0, 0.0, 0.0, 0.0_f64);
+    for (k, half) in island.iter().zip(halfway) {
+        let row = &rows[*k as usize];
+        let relative = row.relative(motion);
+        let asked = row.target - row.relative_of_immovable(motion).dot(row.normal);
+        demand += (row.push - half.push) * asked;
+        moved += (row.impulse() - half.impulse).dot(relative - half.relative);
+        mass += row.mass;
+        fastest = fastest.max(relative.length()).max(asked.abs());
+    }
+    demand > 0.0 && demand * demand > BEYOND * moved.max(0.0) * mass * fastest * fastest
 }
 
 /// Books the energy of all rows: impulse times the mean of the relative velocities before and after, which adds up to the

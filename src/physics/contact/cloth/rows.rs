@@ -145,6 +145,18 @@ impl Row {
         self.relative_of(motion.velocity, motion.bodies)
     }
 
+    /// What nodes and bodies that nothing can move add to it, m/s.
+    pub fn relative_of_immovable(&self, motion: &Motion<'_>) -> DVec3 {
+        let stands = |k: &usize| self.weights[*k] != 0.0 && motion.inverse_mass[self.nodes[*k] as usize] == 0.0;
+        let nodes = (0..4).filter(stands).map(|k| motion.velocity[self.nodes[k] as usize] * self.weights[k]);
+        let bodies = [(0, 1.0), (1, -1.0)].into_iter().filter_map(|(side, sign)| {
+            let body = motion.bodies.get(self.bodies[side] as usize)?;
+            let stands = body.inverse_mass == 0.0 && body.inverse_inertia == DMat3::ZERO;
+            stands.then(|| body.at(self.arms[side]) * sign)
+        });
+        nodes.chain(bodies).sum()
+    }
+
     #[inline]
     pub fn apply(&self, motion: &mut Motion<'_>, impulse: DVec3) {
         for k in 0..4 {

@@ -78,6 +78,8 @@ pub struct ClothContactStats {
     pub zone_loss: f64,
     /// Impulse (N·s) on each body and its moment about the body's centre (N·m·s).
     pub body_impulse: Vec<[DVec3; 2]>,
+    /// Impulse (N·s) that held and driven nodes met, by node, each once.
+    pub held_impulse: Vec<(u32, DVec3)>,
     pub refused: Option<Refused>,
     /// Parts that the step was taken in; zero where it was taken whole.
     pub parts: u32,
@@ -106,5 +108,19 @@ impl ClothContactStats {
         for (sum, impulse) in self.body_impulse.iter_mut().zip(&part.body_impulse) {
             (sum[0], sum[1]) = (sum[0] + impulse[0], sum[1] + impulse[1]);
         }
+        self.held_impulse.extend_from_slice(&part.held_impulse);
+        self.gather_held();
+    }
+
+    /// Brings the impulses on held nodes into the order of the nodes, one sum for each.
+    pub(super) fn gather_held(&mut self) {
+        self.held_impulse.sort_by_key(|(node, _)| *node);
+        self.held_impulse.dedup_by(|later, first| {
+            let same = later.0 == first.0;
+            if same {
+                first.1 += later.1;
+            }
+            same
+        });
     }
 }

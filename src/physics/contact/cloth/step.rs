@@ -53,17 +53,23 @@ impl ClothContact {
         self.prepare(net, velocity, true);
         let mut task = self.task(net.h, true);
         let mut clear = false;
+        self.hits.clear();
         while stats.rounds < self.settings.rounds.max(1) {
             stats.rounds += 1;
             self.respond(net, velocity, &task, &mut stats);
-            if stats.rounds == 1 && gained(&stats.rules) {
-                // Newton's restitution at several touches at once can raise the energy: once more without it.
+            if stats.rounds == 1 && (gained(&stats.rules) || !self.jammed.is_empty()) {
+                // Newton's restitution at several touches at once can raise the energy, or ask for too much: once more
+                // without it.
                 velocity.copy_from_slice(&self.before);
                 self.bodies.clone_from(&self.bodies_before);
                 self.prepare(net, velocity, false);
                 task = self.task(net.h, false);
                 self.respond(net, velocity, &task, &mut stats);
             }
+            if stats.rounds == 1 && !self.jammed.is_empty() {
+                break;
+            }
+            self.jammed.clear();
             self.look_ahead(net, velocity, bodies, &mut stats, parallel);
             self.leave_settled(net, velocity, stats.rounds);
             if self.hits.is_empty() {
@@ -73,7 +79,7 @@ impl ClothContact {
             self.take_hits(net, velocity, stats.rounds);
         }
         self.book(net, velocity, &task, &mut stats);
-        if !clear {
+        if !clear && self.jammed.is_empty() {
             clear = self.stiffen(net, velocity, bodies, &mut stats, parallel);
         }
         if clear {
@@ -82,6 +88,7 @@ impl ClothContact {
             stats.refused = Some(self.stuck(net, &stats));
             stats.rules.fill(RuleTotals::default());
             stats.body_impulse.fill([DVec3::ZERO; 2]);
+            stats.held_impulse.clear();
             stats.zone_loss = 0.0;
             velocity.copy_from_slice(&self.before);
         }
@@ -323,7 +330,7 @@ impl ClothContact {
         let clock = Instant::now();
         let mut motion = Motion { velocity, inverse_mass: net.inverse_mass, bodies: &mut self.bodies };
         self.islands.find(&self.rows, &motion);
-        let (sweeps, unresolved) = solve(&mut self.rows, &self.islands, &mut motion, task);
+        let (sweeps, unresolved) = solve(&mut self.rows, &self.islands, &mut motion, task, &mut self.jammed);
         stats.sweeps = stats.sweeps.max(sweeps);
         stats.unresolved = unresolved;
         book(&self.rows, (&self.before, &self.bodies_before), &motion, task, &mut stats.rules);
@@ -402,7 +409,12 @@ impl ClothContact {
                     *moment += row.arms[side].cross(impulse);
                 }
             }
+            if row.push > 0.0 {
+                let held = (0..4).filter(|k| row.weights[*k] != 0.0 && net.inverse_mass[row.nodes[*k] as usize] == 0.0);
+                stats.held_impulse.extend(held.map(|k| (row.nodes[k], row.impulse() * row.weights[k])));
+            }
         }
+        stats.gather_held();
     }
 
     /// Forms and grows rigid zones until nothing meets. False where that fails.
@@ -446,14 +458,15 @@ impl ClothContact {
         false
     }
 
-    /// What holds or drives the things that still meet.
+    /// What holds or drives the things that still meet, or whose demands contradict each other.
     fn stuck(&self, net: Net<'_>, stats: &ClothContactStats) -> Refused {
         let mut refused =
             Refused { share_of_step: self.hits.iter().map(|hit| hit.share).fold(1.0, f64::min), ..Refused::default() };
         let members = self.zones.members().filter(|_| stats.zones > 0);
-        let of_hits = self.hits.iter().flat_map(|hit| {
-            let bodies = hit.row.bodies.into_iter().filter(|b| *b != super::rows::NONE);
-            let nodes = hit.row.nodes.into_iter().filter(|_| hit.row.weights != [0.0; 4]);
+        let jammed = self.jammed.iter().map(|k| &self.rows[*k as usize]);
+        let of_hits = self.hits.iter().map(|hit| &hit.row).chain(jammed).flat_map(|row| {
+            let bodies = row.bodies.into_iter().filter(|b| *b != super::rows::NONE);
+            let nodes = row.nodes.into_iter().filter(|_| row.weights != [0.0; 4]);
             nodes.chain(bodies.map(|b| b + self.features.nodes as u32))
         });
         for m in members.chain(of_hits) {
