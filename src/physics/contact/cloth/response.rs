@@ -207,21 +207,27 @@ impl Halfway {
 /// Velocities that met the demands would need this many times the energy that things of this island move with.
 const BEYOND: f64 = 64.0;
 
+/// Share of the growth that may be undone in other rows: an impulse that only changes places with another proves nothing.
+const UNDONE: f64 = 1e-3;
+
 /// Whether no velocities can meet what the rows of an island ask for, as where cloth lies between two things that nothing
 /// can move and that close. Impulses then grow along a direction p that moves next to nothing (Farkas' lemma): velocities v
 /// that met all demands d would have p·d ≤ p·Jv ≤ (p·JM⁻¹Jᵀp)^½ (v·Mv)^½.
 fn contradicts(rows: &[Row], island: &[u32], halfway: &[Halfway], motion: &Motion<'_>) -> bool {
+    let (mut grown, mut undone) = (0.0, 0.0);
     let (mut demand, mut moved, mut mass, mut fastest) = (0.0, 0.0, 0.0, 0.0_f64);
     for (k, half) in island.iter().zip(halfway) {
         let row = &rows[*k as usize];
         let relative = row.relative(motion);
         let asked = row.target - row.relative_of_immovable(motion).dot(row.normal);
         demand += (row.push - half.push) * asked;
+        grown += (row.push - half.push).max(0.0);
+        undone += (half.push - row.push).max(0.0);
         moved += (row.impulse() - half.impulse).dot(relative - half.relative);
         mass += row.mass;
         fastest = fastest.max(relative.length()).max(asked.abs());
     }
-    demand > 0.0 && demand * demand > BEYOND * moved.max(0.0) * mass * fastest * fastest
+    undone <= UNDONE * grown && demand > 0.0 && demand * demand > BEYOND * moved.max(0.0) * mass * fastest * fastest
 }
 
 /// Books the energy of all rows: impulse times the mean of the relative velocities before and after, which adds up to the
