@@ -34,14 +34,24 @@ const BATCH: usize = 1024;
 /// Share of the thickness that must be left all the time, however short the steps are.
 const KEPT: f64 = 0.5;
 
-/// Share of the thickness by which a step may end too near before it gets another row, and by which what is too near
+/// Shares of the thickness by which a step may end too near before a pair gets another row, and by which what is too near
 /// already may come nearer.
-const SLACK: f64 = 0.005;
-const CREEP: f64 = 0.0005;
+#[derive(Clone, Copy)]
+struct Play {
+    slack: f64,
+    creep: f64,
+}
 
-/// Distance at the end of a step under which a pair gets another row, m.
-fn wanted(thickness: f64, distance: f64) -> f64 {
-    ((1.0 - SLACK) * thickness).min(distance - CREEP * thickness)
+/// Of the net with itself, whose neighbours turn fast where it is drawn together; and with bodies, over which a face has no
+/// row of its own until it is as much nearer than its corners.
+const NET: Play = Play { slack: 0.005, creep: 0.0005 };
+const BODY: Play = Play { slack: 0.02, creep: 0.005 };
+
+impl Play {
+    /// Distance at the end of a step under which a pair gets another row, m.
+    fn wanted(self, thickness: f64, distance: f64) -> f64 {
+        ((1.0 - self.slack) * thickness).min(distance - self.creep * thickness)
+    }
 }
 
 /// Distance that must be left, m. What starts nearer than it should may lose a tenth of what there is.
@@ -105,7 +115,7 @@ pub(super) fn sweep_near(
 fn net_pair(scene: &Scene<'_>, pair: &Pair, distance: f64, hits: &mut Hits) {
     let motion = pair.nodes.map(|n| scene.h * scene.velocity[n as usize]);
     let closing = closing(pair.is_face, motion);
-    let wanted = wanted(pair.thickness, distance);
+    let wanted = NET.wanted(pair.thickness, distance);
     if distance - wanted > closing {
         return;
     }
@@ -127,15 +137,15 @@ fn net_pair(scene: &Scene<'_>, pair: &Pair, distance: f64, hits: &mut Hits) {
     // Parallel edges meet with their ends too, and those have rows.
     if let Some(mut row) = narrow::row(scene.features, pair, &near, then) {
         let apart: DVec3 = (0..4).map(|k| scene.position[row.nodes[k] as usize] * row.weights[k]).sum();
-        row.gap = allowed(apart.dot(row.normal), pair.thickness, wanted);
+        row.gap = allowed(apart.dot(row.normal), pair.thickness, wanted, NET);
         hits.list.push(Hit { share, row, hard: met.is_some() });
     }
 }
 
 /// By how much two places may close along the normal of their meeting, m, from how far they are apart along it at the start;
 /// negative where they must part to end `wanted` apart, as turning features must.
-fn allowed(apart: f64, thickness: f64, wanted: f64) -> f64 {
-    if apart >= thickness { apart - thickness } else { (apart - wanted).clamp(-2.0 * SLACK * thickness, 0.0) }
+fn allowed(apart: f64, thickness: f64, wanted: f64, play: Play) -> f64 {
+    if apart >= thickness { apart - thickness } else { (apart - wanted).clamp(-2.0 * play.slack * thickness, 0.0) }
 }
 
 fn body_pair(scene: &Scene<'_>, pair: &BodyPair, nodes: &[NearNode], known: &mut NearElement, found: &mut Found) {
@@ -143,7 +153,7 @@ fn body_pair(scene: &Scene<'_>, pair: &BodyPair, nodes: &[NearNode], known: &mut
     let (solid, course) = (&scene.solids[pair.body as usize], &scene.courses[pair.body as usize]);
     let thickness = scene.features.half_thickness[element.part as usize];
     let (from, to) = (known.starts(nodes), known.ends(nodes));
-    if known.bound_over(nodes, course, from, to) >= (1.0 - SLACK) * thickness {
+    if known.bound_over(nodes, course, from, to) >= (1.0 - BODY.slack) * thickness {
         return;
     }
     found.tests += 1;
@@ -156,8 +166,8 @@ fn body_pair(scene: &Scene<'_>, pair: &BodyPair, nodes: &[NearNode], known: &mut
     });
     known.distance = Some(distance);
     // An overlap of the middle surface, from the start on, may hardly deepen while the rows part it.
-    let kept = if distance > 0.0 { separation(thickness, distance) } else { distance - SLACK * thickness };
-    let wanted = wanted(thickness, distance);
+    let kept = if distance > 0.0 { separation(thickness, distance) } else { distance - BODY.slack * thickness };
+    let wanted = BODY.wanted(thickness, distance);
     // Told where the thickness is nearly used up only, so that what ends apart by it is never a meeting.
     let left = 0.1 * (distance - kept).min(2.0 * thickness);
     if known.bound_over(nodes, course, from, to) >= wanted.max(kept + left) {
@@ -189,6 +199,6 @@ fn body_pair(scene: &Scene<'_>, pair: &BodyPair, nodes: &[NearNode], known: &mut
     let touched = place(then, near.weights) - near.near.distance * near.near.normal;
     let apart = (at_start - course.start.place(touched)).dot(row.normal);
     row.arms[1] = at_start - course.start.position;
-    row.gap = allowed(apart, thickness, wanted);
+    row.gap = allowed(apart, thickness, wanted, BODY);
     found.hits.push(Hit { share, row, hard: met.is_some() });
 }
