@@ -42,7 +42,7 @@ use reference::Reference;
 use response::Islands;
 use rows::{Key, Rigid, Row};
 use shapes::Course;
-use sweep::{Hit, Hits};
+use sweep::{Hit, Hits, Turned};
 use zones::Zones;
 
 use super::super::Bodies;
@@ -98,6 +98,7 @@ pub struct ClothContact {
     room: Vec<narrow::Room>,
     hit_room: Vec<Hits>,
     hits: Vec<Hit>,
+    turned: Turned,
     stack: Vec<u32>,
     before: Vec<DVec3>,
     bodies: Vec<Rigid>,
@@ -149,6 +150,7 @@ impl ClothContact {
             room: Vec::new(),
             hit_room: Vec::new(),
             hits: Vec::new(),
+            turned: Turned::default(),
             stack: Vec::new(),
             before: Vec::new(),
             bodies: Vec::new(),

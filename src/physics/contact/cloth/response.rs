@@ -13,6 +13,9 @@ const PARTING: f64 = 64.0;
 /// An island is solved when no impulse moves its touch by more than this share of the tolerance.
 pub(super) const SETTLED: f64 = 0.125;
 
+/// Share of that by which the nodes of a touch may be changed before it is solved again.
+const IDLE: f64 = 0.125;
+
 /// What the response needs to know of a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Task {
@@ -62,12 +65,14 @@ pub(super) struct Islands {
     pub starts: Vec<u32>,
     /// Rows by island, in their order.
     pub rows: Vec<u32>,
+    /// How far the velocity of each node has gone since its island was begun, m/s.
+    drift: Vec<f64>,
 }
 
 impl Islands {
     pub fn new(nodes: usize, bodies: usize) -> Self {
         let parent = (0..(nodes + bodies) as u32).collect();
-        Self { parent, number: vec![NONE; nodes + bodies], ..Self::default() }
+        Self { parent, number: vec![NONE; nodes + bodies], drift: vec![0.0; nodes], ..Self::default() }
     }
 
     fn root(&mut self, mut n: u32) -> u32 {
@@ -149,20 +154,26 @@ fn movers<'a>(row: &'a Row, motion: &'a Motion<'_>, nodes: u32) -> impl Iterator
     of_net.chain(row.bodies.iter().filter(moves).map(move |b| nodes + b))
 }
 
-/// Solves all islands; returns the most sweeps and the largest change of place by the last one, m. Rows of islands whose
-/// demands contradict each other go to `jammed`.
+/// Solves all islands that have a row from `first` on, for the others are solved; returns the most sweeps and the largest
+/// change of place by the last one, m. Rows of islands whose demands contradict each other go to `jammed`.
 pub(super) fn solve(
     rows: &mut [Row],
-    islands: &Islands,
+    islands: &mut Islands,
     motion: &mut Motion<'_>,
     task: &Task,
+    first: usize,
     jammed: &mut Vec<u32>,
 ) -> (u32, f64) {
     let (mut most, mut unresolved) = (0, 0.0_f64);
     let mut halfway: Vec<Halfway> = Vec::new();
     jammed.clear();
-    for ends in islands.starts.windows(2) {
-        let island = &islands.rows[ends[0] as usize..ends[1] as usize];
+    let Islands { starts, rows: of_islands, drift, .. } = islands;
+    for ends in starts.windows(2) {
+        let island = &of_islands[ends[0] as usize..ends[1] as usize];
+        // Rows of an island stand in their order.
+        if island.last().is_none_or(|last| (*last as usize) < first) {
+            continue;
+        }
         let settled = SETTLED * task.tolerance / task.h;
         let mut residual = 0.0;
         halfway.clear();
@@ -171,7 +182,22 @@ pub(super) fn solve(
                 halfway.extend(island.iter().map(|k| Halfway::of(&rows[*k as usize], motion)));
             }
             residual = 0.0_f64;
-            let mut one = |k: &u32| residual = residual.max(rows[*k as usize].relax(motion));
+            let mut one = |k: &u32| {
+                let row = &mut rows[*k as usize];
+                // What little its nodes were changed since it was solved leaves nothing to do.
+                if sweep > 0 && row.nodes_only && row.drift(drift) - row.seen <= IDLE * settled {
+                    return;
+                }
+                let [changed, impulse] = row.relax(motion);
+                residual = residual.max(changed);
+                if impulse != 0.0 {
+                    for k in (0..4).filter(|k| row.weights[*k] != 0.0) {
+                        let n = row.nodes[k] as usize;
+                        drift[n] += impulse * row.weights[k].abs() * motion.inverse_mass[n];
+                    }
+                }
+                row.seen = row.drift(drift);
+            };
             if sweep % 2 == 0 {
                 island.iter().for_each(&mut one);
             } else {
@@ -183,6 +209,14 @@ pub(super) fn solve(
             }
         }
         unresolved = unresolved.max(residual * task.h);
+        for k in island {
+            let row = &rows[*k as usize];
+            row.nodes.iter().for_each(|n| {
+                if let Some(drift) = drift.get_mut(*n as usize) {
+                    *drift = 0.0
+                }
+            });
+        }
         if residual > settled && contradicts(rows, island, &halfway, motion) {
             let presses = |k: &&u32| rows[**k as usize].push > 0.0;
             jammed.extend(island.iter().filter(presses));

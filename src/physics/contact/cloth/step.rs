@@ -53,10 +53,12 @@ impl ClothContact {
         self.prepare(net, velocity, true);
         let mut task = self.task(net.h, true);
         let mut clear = false;
+        let mut first = 0;
         self.hits.clear();
+        self.turned.forget();
         while stats.rounds < self.settings.rounds.max(1) {
             stats.rounds += 1;
-            self.respond(net, velocity, &task, &mut stats);
+            self.respond(net, velocity, &task, first, &mut stats);
             if stats.rounds == 1 && (gained(&stats.rules) || !self.jammed.is_empty()) {
                 // Newton's restitution at several touches at once can raise the energy, or ask for too much: once more
                 // without it.
@@ -64,7 +66,7 @@ impl ClothContact {
                 self.bodies.clone_from(&self.bodies_before);
                 self.prepare(net, velocity, false);
                 task = self.task(net.h, false);
-                self.respond(net, velocity, &task, &mut stats);
+                self.respond(net, velocity, &task, 0, &mut stats);
             }
             if stats.rounds == 1 && !self.jammed.is_empty() {
                 break;
@@ -76,6 +78,7 @@ impl ClothContact {
                 clear = true;
                 break;
             }
+            first = self.rows.len();
             self.take_hits(net, velocity, stats.rounds);
         }
         self.book(net, velocity, &task, &mut stats);
@@ -325,15 +328,24 @@ impl ClothContact {
         }
     }
 
-    /// Solves the rows and books them.
-    fn respond(&mut self, net: Net<'_>, velocity: &mut [DVec3], task: &Task, stats: &mut ClothContactStats) {
+    /// Solves the islands that have a row from `first` on, and books all rows where they are solved for the first time.
+    fn respond(
+        &mut self,
+        net: Net<'_>,
+        velocity: &mut [DVec3],
+        task: &Task,
+        first: usize,
+        stats: &mut ClothContactStats,
+    ) {
         let clock = Instant::now();
         let mut motion = Motion { velocity, inverse_mass: net.inverse_mass, bodies: &mut self.bodies };
         self.islands.find(&self.rows, &motion);
-        let (sweeps, unresolved) = solve(&mut self.rows, &self.islands, &mut motion, task, &mut self.jammed);
+        let (sweeps, unresolved) = solve(&mut self.rows, &mut self.islands, &mut motion, task, first, &mut self.jammed);
         stats.sweeps = stats.sweeps.max(sweeps);
-        stats.unresolved = unresolved;
-        book(&self.rows, (&self.before, &self.bodies_before), &motion, task, &mut stats.rules);
+        stats.unresolved = stats.unresolved.max(unresolved);
+        if first == 0 {
+            book(&self.rows, (&self.before, &self.bodies_before), &motion, task, &mut stats.rules);
+        }
         stats.seconds.response += clock.elapsed().as_secs_f64();
     }
 
@@ -350,22 +362,34 @@ impl ClothContact {
         let first_new = self.keep_candidates(net, velocity, stats, parallel);
         let clock = Instant::now();
         self.measure(net, velocity, first_new, None, stats, parallel);
+        self.note_turned(velocity);
         let mut room = std::mem::take(&mut self.hit_room);
         let mut hits = std::mem::take(&mut self.hits);
         let mut nearby = std::mem::take(&mut self.nearby);
         let mut found = std::mem::take(&mut self.found);
+        // Where nothing turned, what met still meets and what did not still does not.
+        hits.retain(|hit| !self.turned.row(&hit.row));
         let scene = self.scene(net, velocity, bodies);
         let pairs = &self.candidates.pairs;
-        stats.tests += sweep::sweep(&scene, pairs, &self.distances, &mut room, &mut hits, parallel);
+        stats.tests += sweep::sweep(&scene, pairs, &self.distances, &self.turned, &mut room, &mut hits, parallel);
         for near in &mut nearby {
-            stats.tests += sweep::sweep_near(&scene, near, &mut found, &mut hits, parallel);
+            stats.tests += sweep::sweep_near(&scene, near, &self.turned, &mut found, &mut hits, parallel);
         }
         (self.nearby, self.found) = (nearby, found);
         self.each_body_pair(bodies, |pair, _| {
+            if !pair.bodies.iter().any(|b| self.turned.body(*b)) {
+                return;
+            }
             hits.extend(pair.meets().map(|(share, row)| Hit { share, row, hard: true }));
         });
         (self.hit_room, self.hits) = (room, hits);
         stats.seconds.sweep += clock.elapsed().as_secs_f64();
+    }
+
+    /// Notes what has another velocity than when the step was looked at last.
+    fn note_turned(&mut self, velocity: &[DVec3]) {
+        let Self { turned, bodies, .. } = self;
+        turned.note(velocity, bodies);
     }
 
     /// Drops hits that only end a little too near and whose row would do nothing, and all such after a few rounds: what is left

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::candidates::Pair;
 use super::narrow::{self, closing, nearest};
 use super::nearby::{Found, NearElement, NearNode, Nearby, Plane};
-use super::rows::Row;
+use super::rows::{Rigid, Row};
 use super::shapes::{element_meets, element_near};
 use super::touching::{BodyPair, Scene, body_row};
 use crate::geometry::impact::{edge_edge, vertex_face};
@@ -19,6 +19,55 @@ pub(super) struct Hit {
     pub row: Row,
     /// It would come nearer than must be left; else it only ends a little nearer than it should.
     pub hard: bool,
+}
+
+/// What got another velocity since the step was looked at last.
+#[derive(Default)]
+pub(super) struct Turned {
+    velocity: Vec<DVec3>,
+    motion: Vec<[DVec3; 2]>,
+    nodes: Vec<bool>,
+    bodies: Vec<bool>,
+}
+
+impl Turned {
+    /// The next look is the first: all have turned.
+    pub fn forget(&mut self) {
+        self.velocity.clear();
+        self.motion.clear();
+    }
+
+    pub fn note(&mut self, velocity: &[DVec3], bodies: &[Rigid]) {
+        let motion = |b: &Rigid| [b.velocity, b.spin];
+        if self.velocity.len() == velocity.len() && self.motion.len() == bodies.len() {
+            let nodes = self.nodes.iter_mut().zip(self.velocity.iter_mut().zip(velocity));
+            nodes.for_each(|(turned, (last, now))| *turned = std::mem::replace(last, *now) != *now);
+            let moves = self.bodies.iter_mut().zip(self.motion.iter_mut().zip(bodies));
+            moves.for_each(|(turned, (last, now))| *turned = std::mem::replace(last, motion(now)) != motion(now));
+            return;
+        }
+        self.forget();
+        self.velocity.extend_from_slice(velocity);
+        self.motion.extend(bodies.iter().map(motion));
+        for (flags, count) in [(&mut self.nodes, velocity.len()), (&mut self.bodies, bodies.len())] {
+            flags.clear();
+            flags.resize(count, true);
+        }
+    }
+
+    #[inline]
+    pub fn any(&self, nodes: &[u32]) -> bool {
+        nodes.iter().any(|n| self.nodes[*n as usize])
+    }
+
+    pub fn body(&self, body: u32) -> bool {
+        self.bodies.get(body as usize).is_some_and(|turned| *turned)
+    }
+
+    /// Whether anything that a row touches has.
+    pub fn row(&self, row: &Row) -> bool {
+        row.bodies.iter().any(|b| self.body(*b)) || row.weights != [0.0; 4] && self.any(&row.nodes)
+    }
 }
 
 /// Room for the hits of one task.
@@ -59,11 +108,13 @@ pub(super) fn separation(thickness: f64, distance: f64) -> f64 {
     if distance > KEPT * thickness { KEPT * thickness } else { 0.9 * distance.max(0.0) }
 }
 
-/// All meetings of the net with itself in the step, in the order of the candidates. Returns the number of tests.
+/// All meetings of the net with itself in the step where anything turned, in the order of the candidates, added to `out`.
+/// Returns the number of tests.
 pub(super) fn sweep(
     scene: &Scene<'_>,
     pairs: &[Pair],
     distances: &[f64],
+    turned: &Turned,
     room: &mut Vec<Hits>,
     out: &mut Vec<Hit>,
     parallel: bool,
@@ -77,7 +128,9 @@ pub(super) fn sweep(
         hits.tests = 0;
         let range = task * BATCH..pairs.len().min((task + 1) * BATCH);
         for (pair, &distance) in pairs[range.clone()].iter().zip(&distances[range]) {
-            net_pair(scene, pair, distance, hits);
+            if turned.any(&pair.nodes) {
+                net_pair(scene, pair, distance, hits);
+            }
         }
     };
     let used = &mut room[..tasks];
@@ -86,7 +139,6 @@ pub(super) fn sweep(
     } else {
         used.iter_mut().enumerate().for_each(one);
     }
-    out.clear();
     used.iter().for_each(|hits| out.extend_from_slice(&hits.list));
     used.iter().map(|hits| hits.tests).sum()
 }
@@ -95,6 +147,7 @@ pub(super) fn sweep(
 pub(super) fn sweep_near(
     scene: &Scene<'_>,
     near: &mut Nearby,
+    turned: &Turned,
     room: &mut Vec<Found>,
     out: &mut Vec<Hit>,
     parallel: bool,
@@ -104,7 +157,11 @@ pub(super) fn sweep_near(
     }
     near.place(&scene.courses[near.body as usize], scene.h, scene.position, scene.velocity, parallel);
     let (body, rule) = (near.body, near.rule);
+    let all = turned.body(body);
     let tasks = near.each(room, parallel, |nodes, element, found| {
+        if !all && !turned.any(&scene.features.elements[element.id as usize].nodes) {
+            return;
+        }
         let pair = BodyPair { element: element.id, body, rule };
         body_pair(scene, &pair, nodes, element, found);
     });
