@@ -148,7 +148,7 @@ impl Engine<'_> {
         Ok(())
     }
 
-    /// The name of a side, and the line of a part.
+    /// The name of a side, and its line.
     fn side_of(&self, side: ClothSide, domains: &[DomainId]) -> (String, Option<OriginId>) {
         match side {
             ClothSide::Part(at) => {
@@ -157,7 +157,7 @@ impl Engine<'_> {
             }
             ClothSide::Body(body) => {
                 let recipe = self.body_part.recipes.get(body as usize);
-                (recipe.map_or_else(String::new, |recipe| format!("`{}`", recipe.name)), None)
+                recipe.map_or_else(Default::default, |recipe| (format!("`{}`", recipe.name), Some(recipe.origin)))
             }
         }
     }
@@ -190,8 +190,8 @@ impl Engine<'_> {
             self.contact_totals.overlaps = overlaps.iter().map(|found| self.told(found, domains, tolerance)).collect();
             return Ok(());
         };
-        let (named, origin) =
-            (|side: ClothSide| self.side_of(side, domains).0, self.side_of(found.between[0], domains).1);
+        let named = |side: ClothSide| self.side_of(side, domains).0;
+        let origin = self.side_of(found.between[0], domains).1;
         let [one, other] = found.between.map(named);
         let DVec3 { x, y, z } = found.place;
         let place = format!("near [{x:.4}, {y:.4}, {z:.4}] m");
@@ -200,6 +200,8 @@ impl Engine<'_> {
                 "{one} starts {:.3} mm inside {other}, {place}: move one of them, or leave the pair out of `contact`",
                 1e3 * found.depth
             )
+        } else if found.together {
+            format!("{one} and {other} start in one place, {place}: contact cannot tell which side is which")
         } else if one == other {
             format!("{one} starts by going through itself, {place}: contact cannot tell which side is which")
         } else {

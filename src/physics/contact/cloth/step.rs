@@ -268,7 +268,7 @@ impl ClothContact {
     }
 
     /// Pairs of bodies that can meet within the step.
-    fn each_body_pair(&self, bodies: &Bodies, mut with: impl FnMut(&BodyMeet<'_>, [&Skeleton; 2])) {
+    pub(super) fn each_body_pair(&self, bodies: &Bodies, mut with: impl FnMut(&BodyMeet<'_>, [&Skeleton; 2])) {
         let count = bodies.position.len() as u32;
         for a in 0..count {
             for b in a + 1..count {
