@@ -1,5 +1,6 @@
 //! All elements of a net and the passes over them: forces, the kick of leapfrog, stored energy.
 
+use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
 use glam::DVec3;
@@ -129,13 +130,16 @@ impl Elements {
         let (size, blocks, sets, scratch) = (self.size, &self.blocks, &self.sets, &self.scratch);
         let one = |b: usize, force: &mut [DVec3], sums: &mut Vec<PartSums>| {
             let mut scratch = lend(scratch);
-            sweep(&blocks[b], sets, position, velocity, &mut scratch, sums);
-            for (to, from) in force.iter_mut().zip(&scratch.f) {
-                *to += *from;
-            }
-            for (to, from) in force.iter_mut().zip(&scratch.damping) {
-                *to += *from;
-            }
+            let mut add = |elastic: &[DVec3], damping: &[DVec3], nodes: Range<usize>| {
+                for (to, from) in force[nodes.clone()].iter_mut().zip(&elastic[nodes.clone()]) {
+                    *to += *from;
+                }
+                if !damping.is_empty() {
+                    let each = force[nodes.clone()].iter_mut().zip(&damping[nodes]);
+                    each.for_each(|(to, from)| *to += *from);
+                }
+            };
+            sweep(&blocks[b], sets, position, velocity, &mut scratch, sums, &mut add);
         };
         if self.nodes < INLINE {
             let each = force.chunks_mut(size).zip(&mut self.sums).enumerate();
@@ -164,16 +168,24 @@ impl Elements {
         let one =
             |b: usize, out: &mut [DVec3], damping: &mut [DVec3], sums: &mut Vec<PartSums>, nodes: &mut NodeSums| {
                 let mut scratch = lend(scratch);
-                sweep(&blocks[b], sets, view.position, view.velocity, &mut scratch, sums);
-                *nodes = match (view.load.is_empty(), sets.damped) {
-                    (true, false) => kick_nodes::<false, false>(&blocks[b], &view, &scratch, h, gravity, out),
-                    (true, true) => kick_nodes::<false, true>(&blocks[b], &view, &scratch, h, gravity, out),
-                    (false, false) => kick_nodes::<true, false>(&blocks[b], &view, &scratch, h, gravity, out),
-                    (false, true) => kick_nodes::<true, true>(&blocks[b], &view, &scratch, h, gravity, out),
+                let kick = match (view.load.is_empty(), sets.damped) {
+                    (true, false) => kick_nodes::<false, false>,
+                    (true, true) => kick_nodes::<false, true>,
+                    (false, false) => kick_nodes::<true, false>,
+                    (false, true) => kick_nodes::<true, true>,
                 };
-                for (to, from) in damping.iter_mut().zip(&scratch.damping) {
-                    *to = *from;
-                }
+                let first = blocks[b].nodes.start as usize;
+                let mut sum = NodeSums::default();
+                let mut finish = |elastic: &[DVec3], lag: &[DVec3], own: Range<usize>| {
+                    let lag = if lag.is_empty() { lag } else { &lag[own.clone()] };
+                    let net = first + own.start..first + own.end;
+                    kick(&view, net, [&elastic[own.clone()], lag], h, gravity, &mut out[own.clone()], &mut sum);
+                    if wanted {
+                        damping[own].copy_from_slice(lag);
+                    }
+                };
+                sweep(&blocks[b], sets, view.position, view.velocity, &mut scratch, sums, &mut finish);
+                *nodes = sum.scaled(0.5, 0.5 * h);
             };
         let results = self.sums.iter_mut().zip(&mut self.of_nodes).enumerate();
         match (self.nodes < INLINE, wanted) {
@@ -256,22 +268,23 @@ fn lend(scratch: &[Mutex<Scratch>]) -> std::sync::MutexGuard<'_, Scratch> {
     scratch[thread].lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// Kicks a stretch of nodes, the net's `own`, whose elastic forces and those of damping are given, and adds to sums that
+/// lack their factors.
 fn kick_nodes<const LOAD: bool, const DAMPED: bool>(
-    block: &Block,
     view: &KickView<'_>,
-    scratch: &Scratch,
+    own: Range<usize>,
+    [elastic, damping]: [&[DVec3]; 2],
     h: f64,
     gravity: DVec3,
     out: &mut [DVec3],
-) -> NodeSums {
-    let own = block.nodes.start as usize..block.nodes.end as usize;
+    sums: &mut NodeSums,
+) {
     let count = own.len();
     let (velocity, mass, inverse) =
         (&view.velocity[own.clone()], &view.mass[own.clone()], &view.inverse_mass[own.clone()]);
     let load = if LOAD { &view.load[own] } else { view.load };
-    let (elastic, damping) = (&scratch.f[..count], if DAMPED { &scratch.damping[..count] } else { &scratch.damping });
-    let out = &mut out[..count];
-    let mut sums = NodeSums::default();
+    let (elastic, damping, out) = (&elastic[..count], if DAMPED { &damping[..count] } else { damping }, &mut out[..count]);
+    let mut sum = *sums;
     for i in 0..count {
         let before = velocity[i];
         let mut force = elastic[i];
@@ -285,19 +298,15 @@ fn kick_nodes<const LOAD: bool, const DAMPED: bool>(
         let moving = if inverse[i] > 0.0 { h } else { 0.0 };
         let after = before + force * (h * inverse[i]) + gravity * moving;
         let twice = before + after;
-        sums.kinetic += before.dot(before * mass[i] + elastic[i] * h);
-        sums.gravity += mass[i] * gravity.dot(twice);
+        sum.kinetic += before.dot(before * mass[i] + elastic[i] * h);
+        sum.gravity += mass[i] * gravity.dot(twice);
         if DAMPED {
-            sums.damping += damping[i].dot(twice);
+            sum.damping += damping[i].dot(twice);
         }
         if LOAD {
-            sums.load += load[i].dot(twice);
+            sum.load += load[i].dot(twice);
         }
         out[i] = after;
     }
-    sums.kinetic *= 0.5;
-    sums.gravity *= 0.5 * h;
-    sums.damping *= 0.5 * h;
-    sums.load *= 0.5 * h;
-    sums
+    *sums = sum;
 }
