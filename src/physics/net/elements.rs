@@ -35,6 +35,15 @@ impl Sets {
         triangles.chain(bars).chain(forms).chain(self.strips.iter().map(|set| set.part))
     }
 
+    /// Every node of every element; of forms those of the patches, which are to be summed up again after a change.
+    pub(super) fn each_node(&mut self, each: &mut dyn FnMut(&mut u32)) {
+        self.triangles.iter_mut().for_each(|set| set.nodes.as_flattened_mut().iter_mut().for_each(&mut *each));
+        self.bars.iter_mut().for_each(|set| set.nodes.as_flattened_mut().iter_mut().for_each(&mut *each));
+        self.strips.iter_mut().for_each(|set| set.nodes.as_flattened_mut().iter_mut().for_each(&mut *each));
+        let patches = self.forms.iter_mut().flat_map(|set| &mut set.patches);
+        patches.flat_map(|patch| &mut patch.weights).for_each(|(node, _)| each(node));
+    }
+
     fn has_damping(&self) -> bool {
         self.triangles.iter().any(|set| !set.relaxation.is_empty()) || self.bars.iter().any(|set| set.damped)
     }
@@ -283,7 +292,8 @@ fn kick_nodes<const LOAD: bool, const DAMPED: bool>(
     let (velocity, mass, inverse) =
         (&view.velocity[own.clone()], &view.mass[own.clone()], &view.inverse_mass[own.clone()]);
     let load = if LOAD { &view.load[own] } else { view.load };
-    let (elastic, damping, out) = (&elastic[..count], if DAMPED { &damping[..count] } else { damping }, &mut out[..count]);
+    let (elastic, damping, out) =
+        (&elastic[..count], if DAMPED { &damping[..count] } else { damping }, &mut out[..count]);
     let mut sum = *sums;
     for i in 0..count {
         let before = velocity[i];

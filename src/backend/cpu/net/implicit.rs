@@ -57,7 +57,7 @@ impl Engine<'_> {
             Scheme::BackwardEuler { residual } | Scheme::Bdf2 { residual } => {
                 self.solve_stage(&Stage { a: &x0, b: &v0, gamma: h, residual, stored: None }, &x0, h)
             }
-            Scheme::Euler | Scheme::Rk4 | Scheme::Embedded { .. } => true,
+            Scheme::Euler | Scheme::Rk4 | Scheme::Embedded { .. } | Scheme::Multirate { .. } => true,
         };
         if matches!(scheme, Scheme::Bdf2 { .. }) {
             self.net.memory.earlier = x0.iter().copied().zip(v0.iter().copied()).collect();

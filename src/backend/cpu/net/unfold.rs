@@ -79,6 +79,7 @@ pub fn unfold(plan: &Plan, bodies: &mut Bodies) -> Result<NetRun, Refusal> {
         plain: parts.len() == 1 && numbering.anchors.is_empty(),
         changed: Vec::new(),
         noted: vec![false; count],
+        stiff: parts.iter().map(|part| plan.body.stiff.contains(&part.name)).collect(),
         damping: vec![DVec3::ZERO; if elements.damped() { count } else { 0 }],
         elastic: vec![Wrench::default(); bodies.position.len()],
         wrench: vec![Wrench::default(); bodies.position.len()],

@@ -36,6 +36,7 @@ pub struct Room {
     pub axes: Vec<(u32, Axes)>,
     pub stages: super::explicit::Stages,
     pub newton: Option<Box<super::newton::Newton>>,
+    pub fast: Option<Box<super::multirate::Fast>>,
 }
 
 /// A body as the schemes move it.
@@ -81,7 +82,7 @@ impl Engine<'_> {
         if self.program.contact.as_ref().is_some_and(|contact| !contact.rules.is_empty()) {
             return refuse("contact works with leapfrog and symplectic Euler alone, not with this scheme");
         }
-        let explicit = matches!(pass.kernel, Kernel::Integrate(Scheme::Euler | Scheme::Rk4 | Scheme::Embedded { .. }));
+        let explicit = matches!(pass.kernel, Kernel::Integrate(scheme) if scheme.is_explicit());
         let moving = |anchor: &super::Anchor| self.bodies.inverse_mass[anchor.body as usize] > 0.0;
         if let Some(anchor) = self.net.anchors.iter().find(|anchor| !explicit && moving(anchor)) {
             let body = &self.body_part.recipes[anchor.body as usize];
@@ -109,6 +110,7 @@ impl Engine<'_> {
             Scheme::Euler => self.runge_kutta(&super::explicit::EULER, self.h),
             Scheme::Rk4 => self.runge_kutta(&super::explicit::CLASSICAL, self.h),
             Scheme::Embedded { tolerance } => self.embedded(tolerance),
+            Scheme::Multirate { substeps } => self.multirate(substeps),
             Scheme::BackwardEuler { .. } | Scheme::Bdf2 { .. } | Scheme::Midpoint { .. } => self.implicit(scheme),
         }
         self.break_net();
@@ -255,6 +257,11 @@ impl Engine<'_> {
     /// ends, exact for gravity. With `by_scheme`, what they leave unexplained is the scheme's own doing.
     pub(in crate::backend::cpu) fn end(&mut self, h: f64, by_scheme: bool) {
         self.net.room.known = false;
+        self.end_known(h, by_scheme);
+    }
+
+    /// The same where the elements' force may stand as it is known.
+    pub(in crate::backend::cpu) fn end_known(&mut self, h: f64, by_scheme: bool) {
         self.whole_forces();
         self.net.room.known = true;
         self.measure_whole();

@@ -1,0 +1,126 @@
+//! Two rates: a sheet on a stiff stay whose segments take sub-steps. Order, momentum, energy, and what a hung sheet comes to.
+
+mod net_plans;
+
+use glam::DVec3;
+use net_plans::{Draft, Step, cord, fabric, point, run_to_end};
+use ripstop::backend::Outcome;
+use ripstop::plan::{Plan, PointRef, Scheme};
+
+/// A sheet of 0.2 m, 5 by 5 nodes, up to 0.4 ms stable; from its first corner a stay of 0.1 m in four segments, up to
+/// 25 µs. `held` is where the stay ends, else it ends at a bob of 5 g that flies off.
+fn hung(by: Step, substeps: bool, held: bool, step: f64, duration: f64) -> Plan {
+    let mut draft = Draft::new();
+    let mut cloth = fabric(500.0, 0.2, 0.1);
+    cloth.damping = 0.0;
+    let sheet = draft.sheet("sheet", cloth, [0.2, 0.2], 0.05);
+    let through = vec![[-0.1, -0.1, 0.0], [-0.2, -0.1, 0.0]];
+    let stay = draft.line("stay", cord(1000.0, 1e-3), through, 0.1, 4);
+    draft.tie(stay, 0, PointRef::Node { domain: sheet, node: 0 });
+    let mut passes = Vec::new();
+    if held {
+        passes.push(draft.gravity());
+        passes.push(draft.fix(stay, vec![[4, 5]]));
+    } else {
+        let bob = draft.points(vec![point([-0.2, -0.1, 0.0], [-0.3, 0.2, 0.5], 0.005)]);
+        draft.tie(stay, 4, PointRef::Node { domain: bob, node: 0 });
+    }
+    draft.steps(by, passes, step, duration);
+    if substeps {
+        draft.body.stiff = vec!["stay".into()];
+    }
+    draft.finish()
+}
+
+fn far_corner(outcome: &Outcome) -> DVec3 {
+    outcome.state.net.position[24]
+}
+
+fn energy(outcome: &Outcome) -> f64 {
+    let total = outcome.ledger.total();
+    total.kinetic + total.stored - total.gravity
+}
+
+#[test]
+fn two_rates_are_of_second_order() {
+    let at = |step: f64| {
+        far_corner(&run_to_end(&hung(Step::Whole(Scheme::Multirate { substeps: 4 }), true, true, step, 0.016), 1))
+    };
+    let exact = far_corner(&run_to_end(&hung(Step::Whole(Scheme::Rk4), false, true, 1e-6, 0.016), 1));
+    let errors = [4e-5, 2e-5, 1e-5].map(|step| (at(step) - exact).length());
+    let orders = [(errors[0] / errors[1]).log2(), (errors[1] / errors[2]).log2()];
+    println!("errors {errors:?} m, order {orders:.3?}, expected 2");
+    assert!((orders[1] - 2.0).abs() < 0.15, "{orders:?}");
+}
+
+/// Momentum of everything is that of the bob at the start, to rounding, through ten thousand impulses where the rates meet.
+#[test]
+fn momentum_is_kept_to_rounding_where_the_rates_meet() {
+    let outcome = run_to_end(&hung(Step::Whole(Scheme::Multirate { substeps: 8 }), true, false, 1e-4, 1.0), 1);
+    let first = run_to_end(&hung(Step::Whole(Scheme::Multirate { substeps: 8 }), true, false, 1e-4, 1e-4), 1);
+    let momentum = |outcome: &Outcome| -> DVec3 {
+        let net = &outcome.state.net;
+        net.velocity.iter().zip(masses()).map(|(v, m)| *v * m).sum()
+    };
+    let (before, after) = (momentum(&first), momentum(&outcome));
+    let size = 0.005 * DVec3::new(-0.3, 0.2, 0.5).length();
+    println!("momentum {before:?} {after:?} of {size}");
+    assert!((before - 0.005 * DVec3::new(-0.3, 0.2, 0.5)).length() < 1e-13 * size, "{before:?}");
+    assert!((after - before).length() < 1e-11 * size, "{after:?}");
+}
+
+/// Lumped masses of the sheet's 25 nodes, the stay's and the bob's, in the net's numbering.
+fn masses() -> Vec<f64> {
+    let plan = hung(Step::Leapfrog, false, false, 1e-5, 1e-5);
+    let net = ripstop_masses(&plan);
+    assert_eq!(net.len(), 29);
+    net
+}
+
+fn ripstop_masses(plan: &Plan) -> Vec<f64> {
+    use ripstop::geometry::sheet;
+    use ripstop::physics::net::{line_mass, lumped_mass};
+    use ripstop::plan::Recipe;
+    let mut mass = vec![0.0; 29];
+    for domain in &plan.body.domains {
+        match &domain.recipe {
+            Recipe::Sheet { mesh, law, .. } => {
+                let mesh = sheet::unfold(mesh).expect("a rectangle");
+                lumped_mass(&mesh, law).iter().enumerate().for_each(|(i, m)| mass[i] += m);
+            }
+            Recipe::Line { path, law, .. } => {
+                let rest = sheet::unfold_line(path).expect("a line").rest_length;
+                let own = line_mass(&rest, 5, law);
+                mass[0] += own[0];
+                own[1..].iter().enumerate().for_each(|(i, m)| mass[25 + i] += m);
+            }
+            Recipe::Points(points) => mass[28] += points[0].mass,
+            _ => {}
+        }
+    }
+    mass
+}
+
+/// Undamped and far over the stay's own bound: the energy swings and does not grow in 5·10⁴ steps.
+#[test]
+fn energy_does_not_drift() {
+    for (substeps, step) in [(2, 4e-5), (4, 8e-5), (8, 1.6e-4), (16, 3.0e-4)] {
+        let by = Step::Whole(Scheme::Multirate { substeps });
+        let at = |duration: f64| energy(&run_to_end(&hung(by, true, true, step, duration), 1));
+        let count = 50_000.0;
+        let drift = [0.1, 0.5, 1.0].map(|share: f64| at(share * count * step));
+        // A swing of 0.2 m of 4 g.
+        let scale = 0.004 * 9.8 * 0.2;
+        println!("{substeps} sub-steps in {step:.1e} s: energy {drift:?} J of {scale:.2e}");
+        assert!(drift.iter().all(|energy| energy.abs() < 0.02 * scale), "{drift:?}");
+    }
+}
+
+/// Over the bound of the stay without sub-steps, the same step blows up; with them it hangs where leapfrog has it.
+#[test]
+fn two_rates_follow_leapfrog() {
+    let leap = far_corner(&run_to_end(&hung(Step::Leapfrog, false, true, 1e-5, 0.1), 1));
+    let two = far_corner(&run_to_end(&hung(Step::Whole(Scheme::Multirate { substeps: 8 }), true, true, 1e-4, 0.1), 1));
+    println!("leapfrog {leap:?}, two rates {two:?}");
+    assert!((leap - two).length() < 1e-3 && leap.z < -0.03, "{leap:?} {two:?}");
+}
