@@ -1,7 +1,7 @@
 //! How the run steps: leapfrog or a scheme that takes the whole step, and what bounds its step.
 
-use crate::diagnostics::{Diagnostic, Span};
-use crate::plan::{Join, OriginId, PointRef, Recipe, Scheme, cost};
+use crate::diagnostics::Diagnostic;
+use crate::plan::{OriginId, Scheme, cost};
 use crate::scene::{Extents, Integrator, Run, Step};
 
 use super::Maker;
@@ -105,18 +105,10 @@ impl Maker<'_> {
             self.diagnostics.push(found);
         }
         self.take_tolerances(run, scheme);
-        let bodiless =
-            matches!(scheme, Some(Scheme::BackwardEuler { .. } | Scheme::Bdf2 { .. } | Scheme::Midpoint { .. }));
-        if bodiless {
-            self.refuse_carried_bodies(run.integrator.span(), "this integrator");
-        }
         if scheme == Some(Scheme::Euler) {
             self.warn_of_euler(run, run_origin, bound);
         }
         let equilibrium = still && alone && !self.pieces.iter().any(needs_dynamics);
-        if let (true, Extents::Static(given)) = (equilibrium, &run.extent) {
-            self.refuse_carried_bodies(given.span(), "a static run");
-        }
         let rates = forced.or(worthy);
         let reach = rates.as_ref().map_or(reach(scheme), |rates| rates.outer / rates.inner);
         if let Some(rates) = &rates {
@@ -124,25 +116,6 @@ impl Maker<'_> {
         }
         let two_rates = rates.map(|rates| rates.step);
         Stepping { leapfrog, scheme: scheme.filter(|_| !still), equilibrium, reach, two_rates }
-    }
-
-    /// Implicit steps move nodes alone: a body that turns with the lines on it would need its own rows in their equations.
-    fn refuse_carried_bodies(&mut self, given: Span, what: &str) {
-        let bodies = self.body.domains.iter().filter_map(|domain| match &domain.recipe {
-            Recipe::Bodies(bodies) => Some(bodies),
-            _ => None,
-        });
-        let bodies: Vec<_> = bodies.flatten().collect();
-        let carried = |join: &Join| match join {
-            Join::Tie { to: PointRef::Body { body, .. }, .. } => bodies.get(*body as usize).filter(|body| !body.fixed),
-            _ => None,
-        };
-        let Some(body) = self.body.joins.iter().find_map(carried) else { return };
-        let found =
-            Diagnostic::error("E0860", format!("{what} does not move bodies with lines on them yet"), given, "")
-                .also(self.origins[body.origin.0 as usize].span, format!("`{}` hangs on lines", body.name))
-                .note("Make it a `point`, which every integrator moves, or take `leapfrog`, `rk4` or `adaptive`.");
-        self.diagnostics.push(found);
     }
 
     /// What the run would take by leapfrog and by an implicit rule, as a note of the plan. `auto` does not take the implicit

@@ -5,6 +5,7 @@ mod bound;
 mod epochs;
 mod equilibrium;
 mod explicit;
+mod hanging;
 mod hold;
 mod implicit;
 mod laid;

@@ -36,6 +36,8 @@ pub struct Room {
     pub axes: Vec<(u32, Axes)>,
     pub stages: super::explicit::Stages,
     pub newton: Option<Box<super::newton::Newton>>,
+    /// Motions of the bodies that hang in lines a step ago, where the scheme looks back; else empty.
+    pub carried: Vec<BodyMotion>,
     pub fast: Option<Box<super::multirate::Fast>>,
 }
 
@@ -81,17 +83,6 @@ impl Engine<'_> {
         }
         if self.program.contact.as_ref().is_some_and(|contact| !contact.rules.is_empty()) {
             return refuse("contact works with leapfrog and symplectic Euler alone, not with this scheme");
-        }
-        let explicit = matches!(pass.kernel, Kernel::Integrate(scheme) if scheme.is_explicit());
-        let moving = |anchor: &super::Anchor| self.bodies.inverse_mass[anchor.body as usize] > 0.0;
-        if let Some(anchor) = self.net.anchors.iter().find(|anchor| !explicit && moving(anchor)) {
-            let body = &self.body_part.recipes[anchor.body as usize];
-            let message = format!(
-                "lines hang on the body `{}`, and implicit schemes do not move bodies with lines yet: take leapfrog, \
-                 rk4 or the embedded pair, or make it a point",
-                body.name
-            );
-            return Err(Refusal::new(message, Some(body.origin)));
         }
         Ok(())
     }
