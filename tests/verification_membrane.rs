@@ -160,8 +160,8 @@ fn heavy_elastica_falls_to_its_angle() {
         let order = ((found[1] - found[0]) / (found[2] - found[1])).log2();
         let limit = found[2] + (found[2] - found[1]) / 3.0;
         println!("order {order:.2}, towards {limit:.3}°");
-        assert!((found[2] - 41.5).abs() < 0.4 && (1.5..2.5).contains(&order), "{found:?}, order {order}");
-        assert!((limit - 41.5).abs() < 0.1, "{found:?} towards {limit}");
+        assert!((found[2] - 41.5).abs() < 0.5 && (1.5..2.5).contains(&order), "{found:?}, order {order}");
+        assert!((limit - 41.5).abs() < 0.15, "{found:?} towards {limit}");
     }
 }
 

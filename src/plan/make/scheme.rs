@@ -6,6 +6,7 @@ use crate::scene::{Extents, Integrator, Run, Step};
 
 use super::Maker;
 use super::net::Form;
+use super::rates::UNTIL_RESONANCE;
 
 /// Steps of an implicit scheme over the explicit bound, where the scene leaves them open.
 const IMPLICIT_OVER: f64 = 100.0;
@@ -56,18 +57,14 @@ impl Maker<'_> {
         };
         let still = Self::is_static(&run.extent);
         let net_alone = alone && !still;
-        let forced = (integrator == Integrator::Multirate && net_alone).then(|| self.rates(fixed, false)).flatten();
-        // A written step is one of leapfrog.
-        let worthy =
-            (integrator == Integrator::Auto && net_alone && fixed.is_none()).then(|| self.worthy_rates()).flatten();
+        let forced = (integrator == Integrator::Multirate && net_alone).then(|| self.rates(fixed)).flatten();
+        if integrator == Integrator::Auto && net_alone && fixed.is_none() {
+            self.note_worthy_rates();
+        }
         let (scheme, reason) = match integrator {
             Integrator::Auto if over && alone => (
                 Some(implicit),
                 "`auto` takes backward_euler: the step is over the stable bound of every explicit rule",
-            ),
-            Integrator::Auto if worthy.is_some() => (
-                worthy.as_ref().map(|rates| Scheme::Multirate { substeps: rates.substeps }),
-                "`auto` takes multirate: the stiff parts are few, and take steps of their own",
             ),
             Integrator::Multirate => (
                 Some(Scheme::Multirate { substeps: forced.as_ref().map_or(1, |rates| rates.substeps) }),
@@ -109,8 +106,8 @@ impl Maker<'_> {
             self.warn_of_euler(run, run_origin, bound);
         }
         let equilibrium = still && alone && !self.pieces.iter().any(needs_dynamics);
-        let rates = forced.or(worthy);
-        let reach = rates.as_ref().map_or(reach(scheme), |rates| rates.outer / rates.inner);
+        let rates = forced;
+        let reach = rates.as_ref().map_or(reach(scheme), |rates| (rates.outer / rates.inner).min(UNTIL_RESONANCE));
         if let Some(rates) = &rates {
             self.take_rates(rates);
         }

@@ -64,7 +64,10 @@ impl BodyStage {
 fn turned(to: DQuat, from: DQuat) -> DVec3 {
     let q = to * from.inverse();
     let q = if q.w < 0.0 { -q } else { q };
-    q.to_scaled_axis()
+    let (v, sine) = (q.xyz(), q.xyz().length());
+    // 2·atan(s/c)/s, to rounding for the small turns of short steps as well.
+    let scale = if sine > 1e-4 { libm::atan2(sine, q.w) / sine } else { 1.0 + sine * sine / 6.0 };
+    v * (2.0 * scale)
 }
 
 impl Engine<'_> {

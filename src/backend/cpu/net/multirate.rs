@@ -26,8 +26,10 @@ pub struct Fast {
     within: Vec<bool>,
     x: Vec<DVec3>,
     v: Vec<DVec3>,
-    /// N.
+    /// N; of damping, a share of it, apart.
     force: Vec<DVec3>,
+    lag: Vec<DVec3>,
+    before: Vec<DVec3>,
     /// Axes that something holds are 0.
     free: Vec<DVec3>,
     sums: Vec<PartSums>,
@@ -54,9 +56,9 @@ impl NetRun {
         let local = |anchor: &Anchor| nodes.binary_search(&anchor.node).ok().map(|local| (local, *anchor));
         let anchors = self.anchors.iter().filter_map(local).collect();
         let zero = vec![DVec3::ZERO; nodes.len()];
-        let [x, v, force, free] = [zero.clone(), zero.clone(), zero.clone(), zero];
+        let [x, v, force, free, lag, before] = std::array::from_fn(|_| zero.clone());
         let sums = self.sums.clone();
-        Box::new(Fast { made_for, nodes, elements, anchors, within, x, v, force, free, sums })
+        Box::new(Fast { made_for, nodes, elements, anchors, within, x, v, force, lag, before, free, sums })
     }
 }
 
@@ -75,8 +77,8 @@ impl Fast {
     }
 
     fn forces(&mut self) {
-        self.force.fill(DVec3::ZERO);
-        self.elements.forces(&self.x, &self.v, &mut self.force, &mut self.sums);
+        self.elements.forces_apart([&self.x, &self.v], [&mut self.force, &mut self.lag], &mut self.sums);
+        self.force.iter_mut().zip(&self.lag).for_each(|(force, lag)| *force += *lag);
     }
 }
 
@@ -154,6 +156,7 @@ impl Engine<'_> {
     }
 
     fn kick_stiff(&mut self, fast: &mut Fast, h: f64) {
+        fast.before.copy_from_slice(&fast.v);
         for (local, node) in fast.nodes.iter().enumerate() {
             let inverse = self.net.net.inverse_mass[*node as usize];
             fast.v[local] += fast.force[local] * fast.free[local] * (h * inverse);
@@ -165,6 +168,22 @@ impl Engine<'_> {
             self.kick_body(body, force, arm.cross(force), h);
         }
         self.carry_stiff(fast);
+        self.book_damping(fast, h);
+    }
+
+    /// What the impulse of damping over `h` (s) took, to the stiff parts by the powers that they damp with.
+    fn book_damping(&mut self, fast: &Fast, h: f64) {
+        let ways = fast.before.iter().zip(&fast.v).map(|(before, after)| (*before + *after) * (0.5 * h));
+        let work: f64 = fast.lag.iter().zip(ways).map(|(lag, way)| lag.dot(way)).sum();
+        let stiff = |part: &usize| self.net.stiff[*part];
+        let power: f64 = (0..fast.sums.len()).filter(stiff).map(|part| fast.sums[part].damping).sum();
+        let stiff: Vec<usize> = (0..fast.sums.len()).filter(stiff).collect();
+        for (k, part) in stiff.iter().enumerate() {
+            // Without power the first keeps the rounding.
+            let share = if power > 0.0 { fast.sums[*part].damping / power } else { f64::from(u8::from(k == 0)) };
+            let taken = &mut self.net.room.taken[*part];
+            *taken = Some(taken.unwrap_or(0.0) - work * share);
+        }
     }
 
     fn drift_stiff(&mut self, fast: &mut Fast, h: f64) {

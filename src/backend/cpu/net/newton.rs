@@ -117,8 +117,12 @@ impl Newton {
         let stiffness = |i: usize| matrix.diagonal(i).to_cols_array().iter().fold(0.0_f64, |a, b| a.max(b.abs()));
         let rounded = |i: usize, x: DVec3| 16.0 * f64::EPSILON * stiffness(i) * x.length();
         let nodes = x.iter().enumerate().map(|(i, x)| rounded(i, *x)).fold(0.0, f64::max);
-        let of_body =
-            |at: usize| rounded(hanging.rows_of(at)[0] as usize, bodies.position[hanging.bodies[at] as usize]);
+        let of_body = |at: usize| {
+            let [place, turn] = hanging.rows_of(at).map(|row| row as usize);
+            // A turn is rounded as a number of size one.
+            let turning = rounded(turn, DVec3::X) / hanging.arm[at];
+            rounded(place, bodies.position[hanging.bodies[at] as usize]).max(turning)
+        };
         self.rounding = (0..hanging.bodies.len()).map(of_body).fold(nodes, f64::max);
         let free = &self.free;
         matrix.each_mut(|i, j, block| {

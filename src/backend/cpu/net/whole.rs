@@ -31,6 +31,8 @@ pub struct Room {
     drawn0: Vec<DVec3>,
     drag0: Vec<DVec3>,
     damping0: Vec<f64>,
+    /// What damping took in sub-steps of the step, J, by part; none where it is the trapezoid's.
+    pub taken: Vec<Option<f64>>,
     balance0: Vec<Balance>,
     /// Axes of nodes that something holds while others are free.
     pub axes: Vec<(u32, Axes)>,
@@ -227,6 +229,8 @@ impl Engine<'_> {
         room.drag0.clone_from(&net.body_drag);
         room.damping0.clear();
         room.damping0.extend(net.sums.iter().map(|sums| sums.damping));
+        room.taken.clear();
+        room.taken.resize(net.sums.len(), None);
         room.balance0.clear();
         room.balance0.extend(self.ledger.accounts.iter().map(|account| account.now));
         net.before.clone_from(&net.net.velocity);
@@ -265,7 +269,8 @@ impl Engine<'_> {
         for (index, part) in self.net.parts.iter().enumerate() {
             let (net, room) = (&self.net, &self.net.room);
             let now = &mut self.ledger.accounts[first + index].now;
-            now.viscosity -= 0.5 * h * (room.damping0[index] + net.sums[index].damping);
+            let trapezoid = 0.5 * h * (room.damping0[index] + net.sums[index].damping);
+            now.viscosity -= room.taken[index].unwrap_or(trapezoid);
             for i in part.owned.clone() {
                 let way = net.net.position[i] - room.x0[i];
                 now.gravity += net.net.mass[i] * gravity.dot(way);
