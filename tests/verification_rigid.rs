@@ -204,7 +204,7 @@ fn a_body_swings_on_its_cord_with_the_order_of_the_rule() {
     let (place, arms, hooks) = (DVec3::new(0.3, 0.1, -0.6), [DVec3::new(0.05, 0.02, 0.1)], [DVec3::ZERO]);
     let at = |by: Step, step: f64| {
         let outcome = hung(place, &arms, &hooks, |draft, passes| draft.steps(by, passes, step, 0.32));
-        let last = outcome.state.bodies[0].clone();
+        let last = outcome.state.bodies[0];
         (last.position, last.turn * DVec3::X * 0.1)
     };
     let exact = at(Step::Whole(Scheme::Rk4), 2e-6);
