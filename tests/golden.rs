@@ -29,6 +29,7 @@ fn run(phase: &str, case: &Path) -> Result<(), Failed> {
     match phase {
         "diagnostics" => compare(&case.join("diagnostics.txt"), &diagnose(&source)),
         "plan" => compare(&case.join("plan.txt"), &plan(&source)?),
+        "start" => compare(&case.join("diagnostics.txt"), &start(&source)?),
         "format" => {
             let text = std::fs::read_to_string(&source)?;
             let file = Sources::default().add("source", text.as_str());
@@ -63,6 +64,20 @@ fn plan(source: &Path) -> Result<String, Failed> {
         return Err(render::human(&sources, &diagnostics, Some(80), false).into());
     }
     Ok(text)
+}
+
+/// What a person sees who runs the file: what only the state at the start can tell.
+fn start(source: &Path) -> Result<String, Failed> {
+    let root = env!("CARGO_MANIFEST_DIR");
+    let case = source.parent().map(file_name).unwrap_or_default();
+    let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("golden-{case}"));
+    let done = std::process::Command::new(env!("CARGO_BIN_EXE_ripstop"))
+        .args(["run", "--quiet", "--out"])
+        .arg(out)
+        .arg(source.strip_prefix(root).unwrap_or(source))
+        .current_dir(root)
+        .output()?;
+    Ok(String::from_utf8_lossy(&done.stderr).into_owned())
 }
 
 fn check(source: &Path) -> (Sources, Vec<Diagnostic>, Option<scene::Program>) {

@@ -129,3 +129,99 @@ fn a_body_swings_on_its_lines_with_closed_books() {
         .collect();
     assert!(ends[0].0.distance(ends[1].0) < 2e-3, "{ends:?}");
 }
+
+/// A body of 2 kg with arms in body axes, each on a cord of EA = 2 kN from a hook; cords are as long at rest as they lie.
+fn hung(place: DVec3, arms: &[DVec3], hooks: &[DVec3], run: impl Fn(&mut Draft, Vec<Node>)) -> Outcome {
+    let mut draft = Draft::new();
+    let start = BodyRecipe { position: place.to_array(), ..body(2.0, [0.02, 0.03, 0.04]) };
+    draft.domain("bodies", Recipe::Bodies(vec![start]), 1);
+    let mut passes = vec![draft.gravity()];
+    for (k, (arm, hook)) in arms.iter().zip(hooks).enumerate() {
+        let foot = place + *arm;
+        let through = vec![hook.to_array(), foot.to_array()];
+        let line = draft.line(&format!("line {k}"), cord(2000.0, 1e-6), through, foot.distance(*hook), 2);
+        draft.tie(line, 2, PointRef::Body { body: 0, arm: arm.to_array() });
+        passes.push(draft.fix(line, vec![[0, 1]]));
+    }
+    run(&mut draft, passes);
+    run_to_end(&draft.finish(), 1)
+}
+
+/// The forces of the cords on the body as it lies, from their lengths alone: their sum and their torque.
+fn pulls(outcome: &Outcome, place: DVec3, arms: &[DVec3], hooks: &[DVec3]) -> (DVec3, DVec3) {
+    let last = &outcome.state.bodies[0];
+    let mut sum = (DVec3::ZERO, DVec3::ZERO);
+    for (arm, hook) in arms.iter().zip(hooks) {
+        let rest = (place + *arm).distance(*hook);
+        let r = last.turn * *arm;
+        let way = *hook - (last.position + r);
+        let pull = way.normalize() * (2000.0 * (way.length() / rest - 1.0));
+        sum = (sum.0 + pull, sum.1 + r.cross(pull));
+    }
+    sum
+}
+
+/// One, two and four cords: Newton puts the body where the cords carry its weight and nothing turns it; on one cord its
+/// centre comes under the hook by hand: length, stretch and arm.
+#[test]
+fn a_body_comes_to_rest_on_one_two_and_four_cords() {
+    let weight = 2.0 * GRAVITY;
+    let one = (DVec3::new(0.1, 0.05, -1.0), vec![DVec3::new(0.05, 0.02, 0.1)], vec![DVec3::new(0.0, 0.0, 0.0)]);
+    let two = (
+        DVec3::new(0.05, 0.0, -1.0),
+        vec![DVec3::new(-0.2, 0.0, 0.1), DVec3::new(0.2, 0.0, 0.1)],
+        vec![DVec3::new(-0.5, 0.0, 0.0), DVec3::new(0.5, 0.0, 0.0)],
+    );
+    let corner = |k: usize| DVec3::new(if k & 1 == 0 { -0.2 } else { 0.2 }, if k & 2 == 0 { -0.1 } else { 0.1 }, 0.1);
+    let four: (DVec3, Vec<DVec3>, Vec<DVec3>) = (
+        DVec3::new(0.0, 0.0, -0.8),
+        (0..4).map(corner).collect(),
+        (0..4).map(|k| (corner(k) * DVec3::new(2.0, 3.0, 0.0)) + DVec3::new(0.02, 0.0, 0.0)).collect(),
+    );
+    for (place, arms, hooks) in [one, two, four] {
+        let outcome = hung(place, &arms, &hooks, |draft, mut passes| {
+            passes.push(draft.pass(Kernel::Equilibrium { residual: 1e-10 }));
+            passes.extend([Node::Commit, Node::Emit]);
+            let each = Box::new(Node::Seq(passes));
+            draft.body.schedule = Node::Run { step: 1.0, duration: None, most_steps: 500, each };
+        });
+        let (force, torque) = pulls(&outcome, place, &arms, &hooks);
+        let last = &outcome.state.bodies[0];
+        println!("{} cords: at {}, pulls {force}, torque {torque}", arms.len(), last.position);
+        assert!((force - DVec3::Z * weight).length() < 1e-4 * weight, "{force}");
+        assert!(torque.length() < 1e-4 * weight * 0.2, "{torque}");
+        if arms.len() == 1 {
+            let rest = (place + arms[0]).distance(hooks[0]);
+            let below = -(rest * (1.0 + weight / 2000.0) + arms[0].length());
+            assert!(last.position.distance(DVec3::new(0.0, 0.0, below)) < 1e-4, "{} {below}", last.position);
+        }
+    }
+}
+
+/// A body swings on one cord off its middle: the implicit rules find RK4's place and turn with their orders.
+#[test]
+fn a_body_swings_on_its_cord_with_the_order_of_the_rule() {
+    let (place, arms, hooks) = (DVec3::new(0.3, 0.1, -0.6), [DVec3::new(0.05, 0.02, 0.1)], [DVec3::ZERO]);
+    let at = |by: Step, step: f64| {
+        let outcome = hung(place, &arms, &hooks, |draft, passes| draft.steps(by, passes, step, 0.32));
+        let last = outcome.state.bodies[0];
+        (last.position, last.turn * DVec3::X * 0.1)
+    };
+    let exact = at(Step::Whole(Scheme::Rk4), 2e-6);
+    let residual = 1e-10;
+    let cases = [
+        ("backward euler", Scheme::BackwardEuler { residual }, 1.0, 1e-3),
+        ("bdf2", Scheme::Bdf2 { residual }, 2.0, 2e-3),
+        ("midpoint", Scheme::Midpoint { residual }, 2.0, 2e-3),
+    ];
+    for (name, scheme, order, step) in cases {
+        let error = |step: f64| {
+            let (position, axis) = at(Step::Whole(scheme), step);
+            position.distance(exact.0).max(axis.distance(exact.1))
+        };
+        let errors = [error(step), error(0.5 * step), error(0.25 * step)];
+        let observed = [(errors[0] / errors[1]).log2(), (errors[1] / errors[2]).log2()];
+        println!("{name:15} {errors:?} order {observed:.3?}, expected {order}");
+        assert!((observed[1] - order).abs() < 0.25, "{name}: {errors:?} {observed:?}");
+    }
+}

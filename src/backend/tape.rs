@@ -46,7 +46,8 @@ impl Accumulator {
             self.see_at(value, time, after);
             return;
         }
-        if time < after || time > before {
+        // What has not happened yet is not-a-number: nothing is after it, and all is before it.
+        if after.is_nan() || time < after || time > before {
             return;
         }
         if let Some(last) = self.last {
@@ -295,6 +296,23 @@ mod tests {
         assert_eq!(value(TimeOp::Ever, None), 1.0);
         assert_eq!(value(TimeOp::Always, None), 0.0);
         assert_eq!(value(TimeOp::First, None), 0.01);
+    }
+
+    /// After and before a time that is not known until the run comes to it.
+    #[test]
+    fn nothing_is_after_what_has_not_happened() {
+        let reduce = |op, after, before| {
+            let ops = vec![
+                Op::Time,
+                Op::Number(2.0),
+                Op::Binary(BinaryFn::Less, Slot(1), Slot(0)),
+                Op::OverTime(Reduction { op: TimeOp::First, of: Slot(2), after: None, before: None, during: None }),
+                Op::OverTime(Reduction { op, of: Slot(0), after, before, during: None }),
+            ];
+            over_steps(&Tape { name: "later".into(), ops }, 400, 0.01)
+        };
+        assert!((reduce(TimeOp::Min, Some(Slot(3)), None) - 2.0).abs() < 0.011);
+        assert!((reduce(TimeOp::Max, None, Some(Slot(3))) - 2.0).abs() < 0.011);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 //! Core time a node and step of each kernel, from the wall time by group of the shipped scenes on one thread; a whole run
 //! comes within a factor of two of it, most of which is how many yarns are touched at a time.
 
-use super::{Body, ContactVariant, Kernel, Op, Quantity, Scheme, Sink};
+use super::{Body, ContactVariant, Kernel, Op, Quantity, Recipe, Scheme, Sink};
 
 /// Version of the numbers below.
 pub const TABLE: u32 = 3;
@@ -25,6 +25,17 @@ const FRAME_NODE: f64 = 2.0e-6;
 const ORACLE: f64 = 100.0;
 const ENERGY: f64 = 20.0;
 
+/// Core time of a node in the kick and the drift of leapfrog, and of one that triangles (with hinges twice) or segments pull, ns.
+const KICK: f64 = 4.0;
+const DRIFT: f64 = 2.0;
+const TRIANGLES: f64 = 25.0;
+const SEGMENTS: f64 = 10.0;
+
+/// What a node costs in a step of two rates beside its elements, and a stiff one in each sub-step, ns; a sub-step, s.
+const RATES: f64 = 40.0;
+const STIFF: f64 = 12.0;
+const PER_SUBSTEP: f64 = 0.5e-6;
+
 /// Linear systems of an implicit step, each a new tangent: drapes take 4 to 8.
 const NEWTON: f64 = 6.0;
 
@@ -41,6 +52,27 @@ const SYSTEM: f64 = 12_000.0;
 fn implicit(nodes: u64, bends: bool) -> f64 {
     let factor = if bends { FACTOR_BENT } else { FACTOR } * (nodes as f64).sqrt() / FLOPS;
     NEWTON * (SYSTEM + factor)
+}
+
+/// Core time of the elements of a part of a net, ns a node and step.
+pub fn elements(recipe: &Recipe) -> f64 {
+    match recipe {
+        Recipe::Sheet { law, .. } if law.bending.is_some() => 2.0 * TRIANGLES,
+        Recipe::Sheet { .. } => TRIANGLES,
+        Recipe::Line { .. } => SEGMENTS,
+        _ => 0.0,
+    }
+}
+
+/// Estimated wall time of a step of leapfrog, s, from nodes and their core time in elements, ns.
+pub fn leapfrog_step((nodes, elements): (f64, f64)) -> f64 {
+    (elements + (KICK + DRIFT) * nodes) * 1e-9 / TWO_CORES + PER_STEP
+}
+
+/// The same of one with sub-steps of the stiff parts, `stiff` of `all`.
+pub fn multirate_step(all: (f64, f64), stiff: (f64, f64), substeps: f64) -> f64 {
+    let once = (all.1 / TWO_CORES + RATES * all.0) * 1e-9 + PER_STEP;
+    once + substeps * ((stiff.1 + STIFF * stiff.0) * 1e-9 + PER_SUBSTEP)
 }
 
 /// Estimated wall times of a step of a net by leapfrog and by an implicit rule, s: what `integrator = auto` weighs.
@@ -99,8 +131,8 @@ fn nanoseconds(kernel: &Kernel, body: &Body, nodes: u64) -> f64 {
     match kernel {
         Kernel::Axial { .. } => 8.0,
         Kernel::BulkViscosity { .. } => 8.0,
-        Kernel::Kick => 4.0,
-        Kernel::Drift => 2.0,
+        Kernel::Kick => KICK,
+        Kernel::Drift => DRIFT,
         Kernel::Gravity { .. } | Kernel::Break { .. } | Kernel::Settle { .. } | Kernel::Ledger => 1.0,
         Kernel::SectionFrame { .. } => 12.0,
         Kernel::Contact { rules, .. } => {
@@ -112,11 +144,14 @@ fn nanoseconds(kernel: &Kernel, body: &Body, nodes: u64) -> f64 {
             }
         }
         // A triangle or a hinge has about two a node.
-        Kernel::Membrane { .. } | Kernel::Bending { .. } => 25.0,
-        Kernel::Cord { .. } | Kernel::Pressure(_) | Kernel::QuasiSteady(_) => 10.0,
+        Kernel::Membrane { .. } | Kernel::Bending { .. } => TRIANGLES,
+        Kernel::Cord { .. } => SEGMENTS,
+        Kernel::Pressure(_) | Kernel::QuasiSteady(_) => 10.0,
         Kernel::Seams => 5.0,
         Kernel::NetContact { .. } => 60.0,
-        Kernel::Integrate(Scheme::Euler | Scheme::Rk4 | Scheme::Embedded { .. }) => 120.0,
+        // One pass of forces and, of the stiff parts, some more, which are few.
+        Kernel::Integrate(Scheme::Multirate { .. }) => RATES,
+        Kernel::Integrate(scheme) if scheme.is_explicit() => 120.0,
         Kernel::Integrate(_) => implicit(nodes, bends(body)),
         // One linear system a step.
         Kernel::Equilibrium { .. } => implicit(nodes, bends(body)) / NEWTON,

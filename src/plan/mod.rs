@@ -71,6 +71,9 @@ pub struct Body {
     /// Seams, tapes and ties of the net, in the order written.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub joins: Vec<Join>,
+    /// Domains and joins whose elements take several steps in each step of the run.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub stiff: Vec<String>,
     pub tapes: Vec<Tape>,
     pub passes: Vec<Pass>,
     pub schedule: Node,

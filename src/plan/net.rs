@@ -148,12 +148,21 @@ pub enum Scheme {
     Rk4,
     /// Bogacki & Shampine 3(2) with error control to this share of each node's motion.
     Embedded { tolerance: f64 },
+    /// Leapfrog in which the stiff parts of the plan take this many steps in each step of the rest.
+    Multirate { substeps: u32 },
     /// Backward Euler; Newton until the residual force is under `residual` of the largest force.
     BackwardEuler { residual: f64 },
     /// Second-order backward differences.
     Bdf2 { residual: f64 },
     /// Implicit midpoint with the discrete gradient of the stored energy: keeps energy.
     Midpoint { residual: f64 },
+}
+
+impl Scheme {
+    /// Whether no equations are solved.
+    pub fn is_explicit(&self) -> bool {
+        !matches!(self, Scheme::BackwardEuler { .. } | Scheme::Bdf2 { .. } | Scheme::Midpoint { .. })
+    }
 }
 
 /// Air as a force law: no flow is solved. Drag ½ρv²·CdS(t) along the wind that the canopy feels, spread as a pressure

@@ -63,6 +63,8 @@ pub enum Integrator {
     Rk4,
     /// Embedded pair with error control.
     Adaptive,
+    /// Leapfrog with sub-steps of stiff parts.
+    Multirate,
     BackwardEuler,
     Bdf2,
     /// Keeps energy.

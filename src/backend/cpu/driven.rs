@@ -56,8 +56,8 @@ impl Engine<'_> {
         }
     }
 
-    /// What bodies with a prescribed motion met in the step: contact took that work from them, and what drives them gave
-    /// it back.
+    /// What bodies and nodes with a prescribed motion met in the step: contact took that work from them, and what drives them
+    /// gave it back.
     pub(super) fn book_met(&mut self, action: &mut Action) {
         for body in &action.bodies {
             let i = *body as usize;
@@ -68,5 +68,22 @@ impl Engine<'_> {
             now.contact += work;
             now.drives -= work;
         }
+        for (node, part) in &action.net {
+            let impulse = self.net_contact_on_held(*node);
+            action.force -= impulse / self.h;
+            let work = impulse.dot(self.net.net.velocity[*node as usize]);
+            let account = self.net_account(*part);
+            let now = &mut self.ledger.accounts[account].now;
+            now.contact += work;
+            now.drives -= work;
+        }
+    }
+
+    /// The same after a scheme that took the whole step, where drives hold their velocity over it.
+    pub(super) fn book_all_met(&mut self) {
+        let mut actions = std::mem::take(&mut self.actions);
+        let holds = |action: &&mut Action| action.acts() && action.holds_fully();
+        actions.iter_mut().filter(holds).for_each(|action| self.book_met(action));
+        self.actions = actions;
     }
 }

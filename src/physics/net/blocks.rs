@@ -27,13 +27,18 @@ pub struct Block {
     pub strips: Vec<Strips>,
 }
 
-/// Triangles of one set in a block, four to a pack: first those whose first corner is a node of the block, which enter
-/// its sums.
+/// Packs between two looks at which nodes have all their forces.
+pub const STRETCH: usize = 16;
+
+/// Triangles of one set in a block, four to a pack: first those whose first corner is another block's, then its own, which
+/// enter its sums; both by the smallest of their corners in the block, so that its nodes are done with one by one.
 #[derive(Clone, Debug)]
 pub struct Triangles {
     pub set: u32,
-    /// Packs that enter the sums.
-    pub owned: usize,
+    /// Packs that do not enter the sums.
+    pub shared: usize,
+    /// By stretches of packs: how many of the block's nodes, from the first, no later pack touches.
+    pub done: Vec<u32>,
     pub nodes: Vec<Corners>,
     pub springs: Packs,
     /// Times of the dashpots, s; empty without damping.
@@ -65,6 +70,13 @@ pub struct Form {
     pub weight: Vec<f64>,
 }
 
+impl Block {
+    /// Whether one list of triangles is all that it has.
+    pub fn is_triangles(&self) -> bool {
+        self.triangles.len() == 1 && self.bars.is_empty() && self.forms.is_empty() && self.strips.is_empty()
+    }
+}
+
 /// Elements that touch each block, those it owns first; both in rising order.
 fn shared_out<const N: usize>(nodes: &[[u32; N]], size: u32, blocks: usize) -> Vec<[Vec<u32>; 2]> {
     let mut of_block = vec![[const { Vec::new() }; 2]; blocks];
@@ -94,14 +106,19 @@ pub fn cut(count: usize, size: usize, sets: &Sets) -> Vec<Block> {
             if own.is_empty() && shared.is_empty() {
                 continue;
             }
-            let owned = own.len().div_ceil(4);
-            let list: Vec<[Option<usize>; 4]> = fours::groups(&own).chain(fours::groups(&shared)).collect();
+            let first = |t: &u32| triangles.nodes[*t as usize].into_iter().filter(|n| block.nodes.contains(n)).min();
+            let [own, shared] = [own, shared].map(|mut list| {
+                list.sort_by_key(first);
+                list
+            });
+            let list: Vec<[Option<usize>; 4]> = fours::groups(&shared).chain(fours::groups(&own)).collect();
             let corners = |t: Option<usize>| t.map_or([FILLER; 3], |t| triangles.nodes[t]);
             let relaxation = |t: Option<usize>| t.map_or(0.0, |t| triangles.relaxation[t]);
             let damped = !triangles.relaxation.is_empty();
             block.triangles.push(Triangles {
                 set: set as u32,
-                owned,
+                shared: shared.len().div_ceil(4),
+                done: Vec::new(),
                 nodes: list.iter().map(|four| fours::corners(four.map(corners))).collect(),
                 springs: fours::packs(triangles, &list),
                 relaxation: if damped { list.iter().map(|four| four.map(relaxation).into()).collect() } else { vec![] },
@@ -176,4 +193,21 @@ fn localise(block: &mut Block) {
     block.strips.iter_mut().for_each(|s| s.nodes.as_flattened_mut().iter_mut().for_each(local));
     block.forms.iter_mut().for_each(|f| f.columns.iter_mut().chain(&mut f.rows).for_each(local));
     block.halo = halo;
+    block.triangles.iter_mut().for_each(|triangles| triangles.done = done_with(&triangles.nodes, count as usize));
+}
+
+/// After each stretch of packs, how many of `count` nodes from the first are no corner of any later one.
+fn done_with(packs: &[Corners], count: usize) -> Vec<u32> {
+    let mut last = vec![0; count];
+    for (pack, corners) in packs.iter().enumerate() {
+        for node in corners.as_flattened().iter().filter(|node| (**node as usize) < count) {
+            last[*node as usize] = pack / STRETCH;
+        }
+    }
+    let mut done = 0;
+    let after = |stretch: usize| {
+        done += last[done..].iter().take_while(|last| **last <= stretch).count();
+        done as u32
+    };
+    (0..packs.len().div_ceil(STRETCH)).map(after).collect()
 }

@@ -1,5 +1,6 @@
 //! All elements of a net and the passes over them: forces, the kick of leapfrog, stored energy.
 
+use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
 use glam::DVec3;
@@ -32,6 +33,15 @@ impl Sets {
         let bars = self.bars.iter().map(|set| set.part);
         let forms = self.forms.iter().map(|set| set.part);
         triangles.chain(bars).chain(forms).chain(self.strips.iter().map(|set| set.part))
+    }
+
+    /// Every node of every element; of forms those of the patches, which are to be summed up again after a change.
+    pub(super) fn each_node(&mut self, each: &mut dyn FnMut(&mut u32)) {
+        self.triangles.iter_mut().for_each(|set| set.nodes.as_flattened_mut().iter_mut().for_each(&mut *each));
+        self.bars.iter_mut().for_each(|set| set.nodes.as_flattened_mut().iter_mut().for_each(&mut *each));
+        self.strips.iter_mut().for_each(|set| set.nodes.as_flattened_mut().iter_mut().for_each(&mut *each));
+        let patches = self.forms.iter_mut().flat_map(|set| &mut set.patches);
+        patches.flat_map(|patch| &mut patch.weights).for_each(|(node, _)| each(node));
     }
 
     fn has_damping(&self) -> bool {
@@ -129,13 +139,16 @@ impl Elements {
         let (size, blocks, sets, scratch) = (self.size, &self.blocks, &self.sets, &self.scratch);
         let one = |b: usize, force: &mut [DVec3], sums: &mut Vec<PartSums>| {
             let mut scratch = lend(scratch);
-            sweep(&blocks[b], sets, position, velocity, &mut scratch, sums);
-            for (to, from) in force.iter_mut().zip(&scratch.f) {
-                *to += *from;
-            }
-            for (to, from) in force.iter_mut().zip(&scratch.damping) {
-                *to += *from;
-            }
+            let mut add = |elastic: &[DVec3], damping: &[DVec3], nodes: Range<usize>| {
+                for (to, from) in force[nodes.clone()].iter_mut().zip(&elastic[nodes.clone()]) {
+                    *to += *from;
+                }
+                if !damping.is_empty() {
+                    let each = force[nodes.clone()].iter_mut().zip(&damping[nodes]);
+                    each.for_each(|(to, from)| *to += *from);
+                }
+            };
+            sweep(&blocks[b], sets, position, velocity, &mut scratch, sums, &mut add);
         };
         if self.nodes < INLINE {
             let each = force.chunks_mut(size).zip(&mut self.sums).enumerate();
@@ -144,6 +157,32 @@ impl Elements {
             let each = force.par_chunks_mut(size).zip(&mut self.sums).enumerate();
             each.for_each(|(b, (force, sums))| one(b, force, sums));
         }
+        self.total(parts);
+    }
+
+    /// The same on the calling thread, with the force of damping apart: both are overwritten.
+    pub fn forces_apart(
+        &mut self,
+        [position, velocity]: [&[DVec3]; 2],
+        force: [&mut [DVec3]; 2],
+        parts: &mut [PartSums],
+    ) {
+        self.ready_scratch();
+        let [elastic, damping] = force;
+        let mut scratch = lend(&self.scratch);
+        for (block, sums) in self.blocks.iter().zip(&mut self.sums) {
+            let first = block.nodes.start as usize;
+            let mut put = |slots: &[DVec3], lag: &[DVec3], own: Range<usize>| {
+                let net = first + own.start..first + own.end;
+                elastic[net.clone()].copy_from_slice(&slots[own.clone()]);
+                match lag.is_empty() {
+                    true => damping[net].fill(DVec3::ZERO),
+                    false => damping[net].copy_from_slice(&lag[own]),
+                }
+            };
+            sweep(block, &self.sets, position, velocity, &mut scratch, sums, &mut put);
+        }
+        drop(scratch);
         self.total(parts);
     }
 
@@ -164,16 +203,24 @@ impl Elements {
         let one =
             |b: usize, out: &mut [DVec3], damping: &mut [DVec3], sums: &mut Vec<PartSums>, nodes: &mut NodeSums| {
                 let mut scratch = lend(scratch);
-                sweep(&blocks[b], sets, view.position, view.velocity, &mut scratch, sums);
-                *nodes = match (view.load.is_empty(), sets.damped) {
-                    (true, false) => kick_nodes::<false, false>(&blocks[b], &view, &scratch, h, gravity, out),
-                    (true, true) => kick_nodes::<false, true>(&blocks[b], &view, &scratch, h, gravity, out),
-                    (false, false) => kick_nodes::<true, false>(&blocks[b], &view, &scratch, h, gravity, out),
-                    (false, true) => kick_nodes::<true, true>(&blocks[b], &view, &scratch, h, gravity, out),
+                let kick = match (view.load.is_empty(), sets.damped) {
+                    (true, false) => kick_nodes::<false, false>,
+                    (true, true) => kick_nodes::<false, true>,
+                    (false, false) => kick_nodes::<true, false>,
+                    (false, true) => kick_nodes::<true, true>,
                 };
-                for (to, from) in damping.iter_mut().zip(&scratch.damping) {
-                    *to = *from;
-                }
+                let first = blocks[b].nodes.start as usize;
+                let mut sum = NodeSums::default();
+                let mut finish = |elastic: &[DVec3], lag: &[DVec3], own: Range<usize>| {
+                    let lag = if lag.is_empty() { lag } else { &lag[own.clone()] };
+                    let net = first + own.start..first + own.end;
+                    kick(&view, net, [&elastic[own.clone()], lag], h, gravity, &mut out[own.clone()], &mut sum);
+                    if wanted {
+                        damping[own].copy_from_slice(lag);
+                    }
+                };
+                sweep(&blocks[b], sets, view.position, view.velocity, &mut scratch, sums, &mut finish);
+                *nodes = sum.scaled(0.5, 0.5 * h);
             };
         let results = self.sums.iter_mut().zip(&mut self.of_nodes).enumerate();
         match (self.nodes < INLINE, wanted) {
@@ -256,22 +303,24 @@ fn lend(scratch: &[Mutex<Scratch>]) -> std::sync::MutexGuard<'_, Scratch> {
     scratch[thread].lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// Kicks a stretch of nodes, the net's `own`, whose elastic forces and those of damping are given, and adds to sums that
+/// lack their factors.
 fn kick_nodes<const LOAD: bool, const DAMPED: bool>(
-    block: &Block,
     view: &KickView<'_>,
-    scratch: &Scratch,
+    own: Range<usize>,
+    [elastic, damping]: [&[DVec3]; 2],
     h: f64,
     gravity: DVec3,
     out: &mut [DVec3],
-) -> NodeSums {
-    let own = block.nodes.start as usize..block.nodes.end as usize;
+    sums: &mut NodeSums,
+) {
     let count = own.len();
     let (velocity, mass, inverse) =
         (&view.velocity[own.clone()], &view.mass[own.clone()], &view.inverse_mass[own.clone()]);
     let load = if LOAD { &view.load[own] } else { view.load };
-    let (elastic, damping) = (&scratch.f[..count], if DAMPED { &scratch.damping[..count] } else { &scratch.damping });
-    let out = &mut out[..count];
-    let mut sums = NodeSums::default();
+    let (elastic, damping, out) =
+        (&elastic[..count], if DAMPED { &damping[..count] } else { damping }, &mut out[..count]);
+    let mut sum = *sums;
     for i in 0..count {
         let before = velocity[i];
         let mut force = elastic[i];
@@ -285,19 +334,15 @@ fn kick_nodes<const LOAD: bool, const DAMPED: bool>(
         let moving = if inverse[i] > 0.0 { h } else { 0.0 };
         let after = before + force * (h * inverse[i]) + gravity * moving;
         let twice = before + after;
-        sums.kinetic += before.dot(before * mass[i] + elastic[i] * h);
-        sums.gravity += mass[i] * gravity.dot(twice);
+        sum.kinetic += before.dot(before * mass[i] + elastic[i] * h);
+        sum.gravity += mass[i] * gravity.dot(twice);
         if DAMPED {
-            sums.damping += damping[i].dot(twice);
+            sum.damping += damping[i].dot(twice);
         }
         if LOAD {
-            sums.load += load[i].dot(twice);
+            sum.load += load[i].dot(twice);
         }
         out[i] = after;
     }
-    sums.kinetic *= 0.5;
-    sums.gravity *= 0.5 * h;
-    sums.damping *= 0.5 * h;
-    sums.load *= 0.5 * h;
-    sums
+    *sums = sum;
 }

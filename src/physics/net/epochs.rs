@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::PartId;
 use super::bending::Patch;
 use super::elements::Elements;
+use super::sets::FormSet;
 use super::strip::Hold;
 
 /// What a correction of positions did.
@@ -93,6 +94,22 @@ impl Elements {
     pub fn holds_of(&self, part: PartId) -> impl Iterator<Item = (&[u32; 3], &Hold)> {
         let own = self.sets.strips.iter().filter(move |set| set.part == part);
         own.flat_map(|set| set.nodes.iter().zip(&set.holds))
+    }
+
+    /// The elements of some parts alone, between nodes of their own: the net's nodes of those, rising, and the elements.
+    pub fn only(&self, wanted: impl Fn(PartId) -> bool, block: usize) -> (Vec<u32>, Elements) {
+        let mut sets = self.sets.clone();
+        sets.triangles.retain(|set| wanted(set.part));
+        sets.bars.retain(|set| wanted(set.part));
+        sets.strips.retain(|set| wanted(set.part));
+        sets.forms.retain(|set| wanted(set.part));
+        let mut nodes: Vec<u32> = Vec::new();
+        sets.each_node(&mut |node| nodes.push(*node));
+        nodes.sort_unstable();
+        nodes.dedup();
+        sets.each_node(&mut |node| *node = nodes.partition_point(|known| known < node) as u32);
+        sets.forms.iter_mut().for_each(FormSet::sum_up);
+        (nodes.clone(), Elements::new(nodes.len(), block, sets))
     }
 
     fn keep_bars(&mut self, part: PartId, kept: impl Fn(u32, &[u32; 2]) -> bool) {

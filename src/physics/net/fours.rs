@@ -2,10 +2,12 @@
 //!
 //! The order of every sum is fixed by the packs, so the bits are the same on any machine that keeps IEEE arithmetic.
 
+use std::ops::Range;
+
 use glam::{DVec3, DVec4};
 
 use super::PartSums;
-use super::blocks::Triangles;
+use super::blocks::{STRETCH, Triangles};
 use super::sets::TriangleSet;
 use super::sweep::Scratch;
 
@@ -16,20 +18,20 @@ pub type Corners = [[u32; 4]; 3];
 pub trait Pack {
     /// d = l² − L² of squared lengths, m².
     fn excess(&self, square: [DVec4; 3]) -> [DVec4; 3];
-    fn answer(&self, d: [DVec4; 3]) -> [DVec4; 3];
+    /// `cube` is κ/m³ of an isotropic cloth, m³/N².
+    fn answer(&self, d: [DVec4; 3], cube: f64) -> [DVec4; 3];
     /// ε²/(d·g), up to [`Packs::scale`].
     fn weight(&self) -> DVec4;
 }
 
 /// Isotropic: with bₐ = 2A·cot αₐ the rest lengths are Lₐ² = b₊ + b₋ and Delingette's
-/// k and c have the form κ·bₐb_b + m·(δ − ½): five numbers instead of nine.
+/// k and c have the form κ·bₐb_b + m·(δ − ½) with κ = (λ + μ)/32A³ and m = μ/8A, μ = E/(1+ν): κ is m³ times a number of
+/// the material, so that four numbers serve instead of nine.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Isotropic {
     /// 2A·cot α, m².
     b: [DVec4; 3],
-    /// (λ + μ)/32A³.
-    kappa: DVec4,
-    /// μ/8A with μ = E/(1+ν).
+    /// N/m³.
     m: DVec4,
 }
 
@@ -41,9 +43,10 @@ impl Pack for Isotropic {
     }
 
     #[inline(always)]
-    fn answer(&self, d: [DVec4; 3]) -> [DVec4; 3] {
+    fn answer(&self, d: [DVec4; 3], cube: f64) -> [DVec4; 3] {
         let b = &self.b;
-        let trace = self.kappa * (b[0] * d[0] + b[1] * d[1] + b[2] * d[2]);
+        let kappa = self.m * self.m * (self.m * cube);
+        let trace = kappa * (b[0] * d[0] + b[1] * d[1] + b[2] * d[2]);
         let half = (d[0] + d[1] + d[2]) * 0.5;
         let of = |a: usize| b[a] * trace + self.m * (d[a] - half);
         [of(0), of(1), of(2)]
@@ -73,7 +76,7 @@ impl Pack for General {
     }
 
     #[inline(always)]
-    fn answer(&self, d: [DVec4; 3]) -> [DVec4; 3] {
+    fn answer(&self, d: [DVec4; 3], _: f64) -> [DVec4; 3] {
         let c = &self.c;
         [
             c[0] * d[0] + c[5] * d[1] + c[4] * d[2],
@@ -88,10 +91,10 @@ impl Pack for General {
     }
 }
 
-/// The packs of a list of triangles, with what brings their strain measure to ε².
+/// The packs of a list of triangles, with what brings their strain measure to ε², and κ/m³.
 #[derive(Clone, Debug)]
 pub enum Packs {
-    Isotropic { packs: Vec<Isotropic>, scale: f64 },
+    Isotropic { packs: Vec<Isotropic>, scale: f64, cube: f64 },
     General { packs: Vec<General>, scale: f64 },
 }
 
@@ -121,11 +124,11 @@ pub fn packs(set: &TriangleSet, list: &[[Option<usize>; 4]]) -> Packs {
                     };
                     lanes(four, &of)
                 }),
-                kappa: lanes(four, &|t| (lambda + mu) / (32.0 * set.area[t] * set.area[t] * set.area[t])),
                 m: lanes(four, &|t| mu / (8.0 * set.area[t])),
             };
             // ε² = 2W/AE = d·g/2AE.
-            Packs::Isotropic { packs: list.iter().map(pack).collect(), scale: 4.0 / (mu * stiffness) }
+            let cube = 16.0 * (lambda + mu) / (mu * mu * mu);
+            Packs::Isotropic { packs: list.iter().map(pack).collect(), scale: 4.0 / (mu * stiffness), cube }
         }
         None => {
             let pack = |four: &[Option<usize>; 4]| General {
@@ -197,65 +200,92 @@ fn sum(v: DVec4) -> f64 {
     (v.x + v.y) + (v.z + v.w)
 }
 
-/// Forces and sums of one list.
-pub fn stretch(triangles: &Triangles, scratch: &mut Scratch) -> PartSums {
+/// What is done with nodes of a block that have all their forces: elastic ones, those of damping, and which.
+pub type Finish<'a> = dyn FnMut(&[DVec3], &[DVec3], Range<usize>) + 'a;
+
+/// Forces and sums of one list. Nodes go to `finish` as soon as no more of its packs touch them.
+pub fn stretch(triangles: &Triangles, scratch: &mut Scratch, finish: &mut Finish<'_>) -> PartSums {
     match (&triangles.springs, triangles.relaxation.is_empty()) {
-        (Packs::Isotropic { packs, scale }, true) => elastic(triangles, packs, *scale, scratch),
-        (Packs::General { packs, scale }, true) => elastic(triangles, packs, *scale, scratch),
-        (Packs::Isotropic { packs, scale }, false) => damped(triangles, packs, *scale, scratch),
-        (Packs::General { packs, scale }, false) => damped(triangles, packs, *scale, scratch),
+        (Packs::Isotropic { packs, scale, cube }, true) => elastic(triangles, packs, [*scale, *cube], scratch, finish),
+        (Packs::General { packs, scale }, true) => elastic(triangles, packs, [*scale, 0.0], scratch, finish),
+        (Packs::Isotropic { packs, scale, cube }, false) => damped(triangles, packs, [*scale, *cube], scratch, finish),
+        (Packs::General { packs, scale }, false) => damped(triangles, packs, [*scale, 0.0], scratch, finish),
     }
 }
 
-fn elastic<P: Pack>(triangles: &Triangles, packs: &[P], scale: f64, scratch: &mut Scratch) -> PartSums {
+fn elastic<P: Pack>(
+    triangles: &Triangles,
+    packs: &[P],
+    [scale, cube]: [f64; 2],
+    scratch: &mut Scratch,
+    finish: &mut Finish<'_>,
+) -> PartSums {
     let x = &scratch.x[..];
     let f = &mut scratch.f[..x.len()];
     let (mut stored, mut strain) = (DVec4::ZERO, DVec4::ZERO);
-    let mut one = |corners: &Corners, pack: &P| {
-        let edges = edges(x, corners);
-        let d = pack.excess([dot(&edges[0], &edges[0]), dot(&edges[1], &edges[1]), dot(&edges[2], &edges[2])]);
-        let g = pack.answer(d);
-        spread(f, corners, &edges, g);
-        g[0] * d[0] + g[1] * d[1] + g[2] * d[2]
-    };
-    let (own, shared) = triangles.nodes.split_at(triangles.owned);
-    let (own_packs, shared_packs) = packs.split_at(triangles.owned);
-    for (corners, pack) in own.iter().zip(own_packs) {
-        let energy = one(corners, pack);
-        stored += energy;
-        strain = larger(strain, energy * pack.weight());
-    }
-    for (corners, pack) in shared.iter().zip(shared_packs) {
-        one(corners, pack);
+    let mut done = 0;
+    let each = triangles.nodes.chunks(STRETCH).zip(packs.chunks(STRETCH)).zip(&triangles.done);
+    for (number, ((nodes, packs), upto)) in each.enumerate() {
+        let shared = triangles.shared.saturating_sub(number * STRETCH);
+        for (k, (corners, pack)) in nodes.iter().zip(packs).enumerate() {
+            let edges = edges(x, corners);
+            let d = pack.excess([dot(&edges[0], &edges[0]), dot(&edges[1], &edges[1]), dot(&edges[2], &edges[2])]);
+            let g = pack.answer(d, cube);
+            spread(f, corners, &edges, g);
+            if k >= shared {
+                let energy = g[0] * d[0] + g[1] * d[1] + g[2] * d[2];
+                stored += energy;
+                strain = larger(strain, energy * pack.weight());
+            }
+        }
+        let upto = *upto as usize;
+        if upto > done {
+            finish(f, &[], done..upto);
+            done = upto;
+        }
     }
     let strain = (strain.max_element() * scale).sqrt();
     PartSums { stored: 0.25 * sum(stored), largest_strain: strain, ..PartSums::default() }
 }
 
 /// σ = C(d + τ·dd/dt): rates of stretch alone, so that a rigid motion feels nothing.
-fn damped<P: Pack>(triangles: &Triangles, packs: &[P], scale: f64, scratch: &mut Scratch) -> PartSums {
+fn damped<P: Pack>(
+    triangles: &Triangles,
+    packs: &[P],
+    [scale, cube]: [f64; 2],
+    scratch: &mut Scratch,
+    finish: &mut Finish<'_>,
+) -> PartSums {
     let x = &scratch.x[..];
     let v = &scratch.v[..x.len()];
     let f = &mut scratch.f[..x.len()];
     let lag = &mut scratch.damping[..x.len()];
     let (mut stored, mut strain, mut taken) = (DVec4::ZERO, DVec4::ZERO, DVec4::ZERO);
+    let mut done = 0;
     let each = triangles.nodes.iter().zip(packs).zip(&triangles.relaxation);
     for (number, ((corners, pack), relaxation)) in each.enumerate() {
         let (e, w) = (edges(x, corners), edges(v, corners));
         let d = pack.excess([dot(&e[0], &e[0]), dot(&e[1], &e[1]), dot(&e[2], &e[2])]);
-        let g = pack.answer(d);
+        let g = pack.answer(d, cube);
         spread(f, corners, &e, g);
         let twice = *relaxation * 2.0;
         let late = [dot(&e[0], &w[0]) * twice, dot(&e[1], &w[1]) * twice, dot(&e[2], &w[2]) * twice];
-        let h = pack.answer(late);
+        let h = pack.answer(late, cube);
         spread(lag, corners, &e, h);
-        if number < triangles.owned {
+        if number >= triangles.shared {
             let energy = g[0] * d[0] + g[1] * d[1] + g[2] * d[2];
             stored += energy;
             strain = larger(strain, energy * pack.weight());
             let power = h[0] * late[0] + h[1] * late[1] + h[2] * late[2];
             // A filler has no time of its own.
             taken += power / larger(*relaxation, DVec4::splat(f64::MIN_POSITIVE));
+        }
+        if (number + 1) % STRETCH == 0 || number + 1 == packs.len() {
+            let upto = triangles.done[number / STRETCH] as usize;
+            if upto > done {
+                finish(f, lag, done..upto);
+                done = upto;
+            }
         }
     }
     let strain = (strain.max_element() * scale).sqrt();

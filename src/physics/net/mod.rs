@@ -30,7 +30,7 @@ pub use build::Builder;
 pub use elements::{Elements, KickView, Kicked};
 pub use epochs::Corrected;
 pub use fold::{Side, fold_bound, folds};
-pub use order::narrow_order;
+pub use order::{narrow_order, patch_order};
 pub use strip::{Hold, Strip, holds, strip_bound, tie};
 
 use glam::DVec3;
@@ -87,6 +87,16 @@ pub struct NodeSums {
 }
 
 impl NodeSums {
+    /// With the kinetic energy and the works brought to their factors.
+    fn scaled(&self, kinetic: f64, work: f64) -> NodeSums {
+        NodeSums {
+            kinetic: self.kinetic * kinetic,
+            damping: self.damping * work,
+            gravity: self.gravity * work,
+            load: self.load * work,
+        }
+    }
+
     fn plus(&self, other: &NodeSums) -> NodeSums {
         NodeSums {
             kinetic: self.kinetic + other.kinetic,

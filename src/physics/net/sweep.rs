@@ -6,7 +6,7 @@ use super::PartSums;
 use super::bar::{self, BOTH, COMPRESSION, TENSION, Way};
 use super::blocks::{Bars, Block, Form, Strips};
 use super::elements::Sets;
-use super::fours;
+use super::fours::{self, Finish};
 
 /// What a block works on: local positions, velocities (empty where nothing damps) and forces.
 #[derive(Debug, Default)]
@@ -45,7 +45,8 @@ impl Scratch {
     }
 }
 
-/// Adds up all forces of a block in `scratch` and its sums, one for each of its lists in their order.
+/// Adds up all forces of a block in `scratch` and its sums, one for each of its lists in their order. `finish` gets all
+/// nodes of the block in rising order, each once its forces are complete.
 pub fn sweep(
     block: &Block,
     sets: &Sets,
@@ -53,6 +54,7 @@ pub fn sweep(
     velocity: &[DVec3],
     scratch: &mut Scratch,
     sums: &mut [PartSums],
+    finish: &mut Finish<'_>,
 ) {
     scratch.load(block, position, velocity, sets.damped);
     let mut sums = sums.iter_mut();
@@ -61,8 +63,13 @@ pub fn sweep(
             *sum = made;
         }
     };
+    // What streams by for the nodes then comes while the springs are worked out, not after them.
+    if let ([triangles], true) = (&block.triangles[..], block.is_triangles()) {
+        next(fours::stretch(triangles, scratch, finish));
+        return;
+    }
     for triangles in &block.triangles {
-        next(fours::stretch(triangles, scratch));
+        next(fours::stretch(triangles, scratch, &mut |_, _, _| {}));
     }
     for bars in &block.bars {
         let set = &sets.bars[bars.set as usize];
@@ -82,6 +89,7 @@ pub fn sweep(
     for strips in &block.strips {
         next(hold(strips, scratch));
     }
+    finish(&scratch.f, &scratch.damping, 0..block.nodes.len());
 }
 
 fn pull<const WAY: u8, const DAMPED: bool>(bars: &Bars, ratio: f64, strength: f64, scratch: &mut Scratch) -> PartSums {

@@ -19,6 +19,7 @@ mod net_nodes;
 mod net_passes;
 mod pace;
 mod places;
+mod rates;
 mod running;
 mod scheme;
 mod sheets;

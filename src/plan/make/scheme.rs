@@ -1,11 +1,12 @@
 //! How the run steps: leapfrog or a scheme that takes the whole step, and what bounds its step.
 
-use crate::diagnostics::{Diagnostic, Span};
-use crate::plan::{Join, OriginId, PointRef, Recipe, Scheme, cost};
+use crate::diagnostics::Diagnostic;
+use crate::plan::{OriginId, Scheme, cost};
 use crate::scene::{Extents, Integrator, Run, Step};
 
 use super::Maker;
 use super::net::Form;
+use super::rates::UNTIL_RESONANCE;
 
 /// Steps of an implicit scheme over the explicit bound, where the scene leaves them open.
 const IMPLICIT_OVER: f64 = 100.0;
@@ -26,6 +27,8 @@ pub(super) struct Stepping {
     pub equilibrium: bool,
     /// Stable step over leapfrog's; infinite where none bounds it.
     pub reach: f64,
+    /// The step where stiff parts take sub-steps, s.
+    pub two_rates: Option<f64>,
 }
 
 impl Stepping {
@@ -48,10 +51,28 @@ impl Maker<'_> {
         let alone = !self.pieces.is_empty() && !chains;
         let residual = run.residual.value;
         let implicit = Scheme::BackwardEuler { residual };
+        let fixed = match run.step.value {
+            Step::Fixed(step) => Some(step),
+            Step::Auto => None,
+        };
+        let still = Self::is_static(&run.extent);
+        let net_alone = alone && !still;
+        let forced = (integrator == Integrator::Multirate && net_alone).then(|| self.rates(fixed)).flatten();
+        if integrator == Integrator::Auto && net_alone && fixed.is_none() {
+            self.note_worthy_rates();
+        }
         let (scheme, reason) = match integrator {
             Integrator::Auto if over && alone => (
                 Some(implicit),
                 "`auto` takes backward_euler: the step is over the stable bound of every explicit rule",
+            ),
+            Integrator::Multirate => (
+                Some(Scheme::Multirate { substeps: forced.as_ref().map_or(1, |rates| rates.substeps) }),
+                if forced.is_some() {
+                    "multirate: the stiff parts take sub-steps"
+                } else {
+                    "multirate: all parts need one step, and none takes sub-steps"
+                },
             ),
             Integrator::Auto => (
                 None,
@@ -81,39 +102,17 @@ impl Maker<'_> {
             self.diagnostics.push(found);
         }
         self.take_tolerances(run, scheme);
-        let bodiless =
-            matches!(scheme, Some(Scheme::BackwardEuler { .. } | Scheme::Bdf2 { .. } | Scheme::Midpoint { .. }));
-        if bodiless {
-            self.refuse_carried_bodies(run.integrator.span(), "this integrator");
-        }
         if scheme == Some(Scheme::Euler) {
             self.warn_of_euler(run, run_origin, bound);
         }
-        let still = Self::is_static(&run.extent);
         let equilibrium = still && alone && !self.pieces.iter().any(needs_dynamics);
-        if let (true, Extents::Static(given)) = (equilibrium, &run.extent) {
-            self.refuse_carried_bodies(given.span(), "a static run");
+        let rates = forced;
+        let reach = rates.as_ref().map_or(reach(scheme), |rates| (rates.outer / rates.inner).min(UNTIL_RESONANCE));
+        if let Some(rates) = &rates {
+            self.take_rates(rates);
         }
-        Stepping { leapfrog, scheme: scheme.filter(|_| !still), equilibrium, reach: reach(scheme) }
-    }
-
-    /// Implicit steps move nodes alone: a body that turns with the lines on it would need its own rows in their equations.
-    fn refuse_carried_bodies(&mut self, given: Span, what: &str) {
-        let bodies = self.body.domains.iter().filter_map(|domain| match &domain.recipe {
-            Recipe::Bodies(bodies) => Some(bodies),
-            _ => None,
-        });
-        let bodies: Vec<_> = bodies.flatten().collect();
-        let carried = |join: &Join| match join {
-            Join::Tie { to: PointRef::Body { body, .. }, .. } => bodies.get(*body as usize).filter(|body| !body.fixed),
-            _ => None,
-        };
-        let Some(body) = self.body.joins.iter().find_map(carried) else { return };
-        let found =
-            Diagnostic::error("E0860", format!("{what} does not move bodies with lines on them yet"), given, "")
-                .also(self.origins[body.origin.0 as usize].span, format!("`{}` hangs on lines", body.name))
-                .note("Make it a `point`, which every integrator moves, or take `leapfrog`, `rk4` or `adaptive`.");
-        self.diagnostics.push(found);
+        let two_rates = rates.map(|rates| rates.step);
+        Stepping { leapfrog, scheme: scheme.filter(|_| !still), equilibrium, reach, two_rates }
     }
 
     /// What the run would take by leapfrog and by an implicit rule, as a note of the plan. `auto` does not take the implicit
@@ -186,6 +185,10 @@ impl Maker<'_> {
         };
         match stepping.scheme? {
             Scheme::Euler => Some((EULER_SHARE * bound, format!("{EULER_SHARE} of the stable step of leapfrog"))),
+            Scheme::Multirate { substeps } => {
+                let step = stepping.two_rates.unwrap_or(NET_SHARE * bound);
+                Some((step, format!("{substeps} sub-steps of the stiff parts, and under the stable step of the rest")))
+            }
             Scheme::Rk4 => Some((NET_SHARE * stepping.reach * bound, format!("{NET_SHARE} of the stable step of rk4"))),
             Scheme::Embedded { .. } => Some((0.5 * bound, "half of the stable step to begin with".to_owned())),
             Scheme::BackwardEuler { .. } | Scheme::Bdf2 { .. } | Scheme::Midpoint { .. } => {
@@ -221,7 +224,7 @@ fn needs_dynamics(piece: &super::net::Piece) -> bool {
 /// Stable step over that of leapfrog, 2/ω: rk4 is stable up to 2√2/ω on the imaginary axis.
 fn reach(scheme: Option<Scheme>) -> f64 {
     match scheme {
-        None | Some(Scheme::Euler) => 1.0,
+        None | Some(Scheme::Euler | Scheme::Multirate { .. }) => 1.0,
         Some(Scheme::Rk4) => std::f64::consts::SQRT_2,
         Some(_) => f64::INFINITY,
     }
@@ -235,6 +238,7 @@ fn integrator_text(integrator: Integrator) -> &'static str {
         Integrator::Euler => "euler",
         Integrator::Rk4 => "rk4",
         Integrator::Adaptive => "adaptive",
+        Integrator::Multirate => "multirate",
         Integrator::BackwardEuler => "backward_euler",
         Integrator::Bdf2 => "bdf2",
         Integrator::Midpoint => "midpoint",

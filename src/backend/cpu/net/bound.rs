@@ -143,6 +143,7 @@ impl Engine<'_> {
     fn share_of_bound(&self) -> Option<f64> {
         match (self.net.is_empty(), self.is_whole(), self.program.scheme) {
             (false, false, _) => Some(1.0),
+            (false, true, Some(Scheme::Multirate { substeps })) => Some(1.0 / f64::from(substeps.max(1))),
             (false, true, Some(Scheme::Rk4)) => Some(std::f64::consts::FRAC_1_SQRT_2),
             _ => None,
         }

@@ -22,11 +22,15 @@ impl Engine<'_> {
             return;
         }
         self.net.net.velocity.fill(DVec3::ZERO);
+        for anchor in &self.net.anchors {
+            let body = anchor.body as usize;
+            (self.bodies.velocity[body], self.bodies.spin[body]) = (DVec3::ZERO, DVec3::ZERO);
+        }
         self.begin();
-        let mut newton = self.net.take_newton();
-        newton.note_free(&self.net);
+        let mut newton = self.net.take_newton(&self.bodies);
+        newton.note_free(&self.net, &self.bodies);
         self.rest_residual(&mut newton, 0.0);
-        let before = largest(&newton);
+        let before = newton.left();
         let extent = self.net_extent();
         if self.net.memory.substep == 0.0 {
             self.net.memory.substep = self.first_mass_factor(&newton, extent);
@@ -34,7 +38,7 @@ impl Engine<'_> {
         let mut factor = self.net.memory.substep;
         let mut convex = false;
         let mut tries = 0;
-        while !newton.solve(&self.net, factor, 0.0, &mut convex) {
+        while !newton.solve(&self.net, &self.bodies, factor, 0.0, &mut convex) {
             factor = factor.max(f64::MIN_POSITIVE) * 10.0;
             tries += 1;
             if tries > 60 || !factor.is_finite() {
@@ -44,9 +48,9 @@ impl Engine<'_> {
             }
         }
         let shortened = newton.shorten(FARTHEST * extent);
-        newton.from.copy_from_slice(&self.net.net.position);
+        newton.note_from(&self.net, &self.bodies);
         let searched = self.search(&mut newton, &mut |engine, newton, share| engine.rest_residual(newton, share));
-        let after = largest(&newton);
+        let after = newton.left();
         let rounding = newton.rounding;
         let good = searched.share > 0.5 && !shortened && after < before;
         factor *= if good { (after / before).max(0.01) / 3.0 } else { 2.0 };
@@ -63,18 +67,27 @@ impl Engine<'_> {
             for (x, (from, step)) in self.net.net.position.iter_mut().zip(newton.from.iter().zip(&newton.step)) {
                 *x = *from + *step * share;
             }
+            newton.hanging.go(&newton.stood, &newton.step, share, &mut self.bodies);
+            self.net.follow(&self.bodies);
             self.net.room.known = false;
         }
         self.whole_forces();
-        for i in 0..newton.residual.len() {
+        for i in 0..self.net.count() {
             newton.residual[i] = self.net.room.force[i] * newton.is_free(i);
         }
+        newton.take_bodies(|_, body| self.net.room.on_bodies[body as usize].into());
     }
 
     /// Such that no node would go farther than a tenth of the extent at first, 1/s².
     fn first_mass_factor(&self, newton: &Newton, extent: f64) -> f64 {
         let accelerations = newton.residual.iter().zip(&self.net.net.inverse_mass);
         let fastest = accelerations.map(|(force, inverse)| force.length() * inverse).fold(0.0, f64::max);
+        let own = newton.hanging.bodies.iter().map(|body| {
+            let (force, torque) = self.net.room.on_bodies[*body as usize];
+            let turning = self.bodies.inverse_inertia[*body as usize].max_element() * torque.length() * extent;
+            (force.length() * self.bodies.inverse_mass[*body as usize]).max(turning)
+        });
+        let fastest = own.fold(fastest, f64::max);
         (fastest / (0.1 * extent)).max(f64::MIN_POSITIVE)
     }
 
@@ -100,8 +113,4 @@ impl Engine<'_> {
             account.now.settling += gained;
         }
     }
-}
-
-fn largest(newton: &Newton) -> f64 {
-    newton.residual.iter().map(|force| force.length()).fold(0.0, f64::max)
 }

@@ -5,11 +5,13 @@ mod bound;
 mod epochs;
 mod equilibrium;
 mod explicit;
+mod hanging;
 mod hold;
 mod implicit;
 mod laid;
 mod leap;
 mod loads;
+mod multirate;
 mod newton;
 mod numbering;
 mod output;
@@ -104,6 +106,8 @@ pub struct NetRun {
     pub plain: bool,
     /// Nodes whose velocity actions changed after the kick, with v*; noted where `plain`.
     pub changed: Vec<(u32, DVec3)>,
+    /// Parts that take several steps in one of the run.
+    pub stiff: Vec<bool>,
     pub noted: Vec<bool>,
     /// Force of damping of the last kick, N; empty where nothing damps.
     pub damping: Vec<DVec3>,

@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::laid::Laid;
 use crate::backend::cpu::Refusal;
 use crate::physics::Bodies;
+use crate::physics::net::patch_order;
 use crate::plan::{DomainId, EdgeRef, Join, OriginId, PointRef};
 
 /// Nodes that are to be one may lie apart by this share of the larger part's extent.
@@ -80,11 +81,11 @@ impl Flat<'_> {
     }
 }
 
-/// Merges what the joins make one and numbers what is left.
+/// Merges what the joins make one and numbers what is left, in blocks of `block` nodes.
 ///
 /// # Errors
 /// Edges and nodes that are not there, and nodes that are to be one and do not lie on each other, with the join's origin.
-pub fn number(laid: &[Laid], joins: &[Join], bodies: &Bodies) -> Result<Numbering, Refusal> {
+pub fn number(laid: &[Laid], joins: &[Join], bodies: &Bodies, block: usize) -> Result<Numbering, Refusal> {
     let mut first = Vec::with_capacity(laid.len());
     let mut count = 0;
     for part in laid {
@@ -114,7 +115,7 @@ pub fn number(laid: &[Laid], joins: &[Join], bodies: &Bodies) -> Result<Numberin
             Join::Sew { .. } | Join::Hold { .. } => {}
         }
     }
-    Ok(count_off(&flat, &mut sets, held))
+    Ok(count_off(&flat, &mut sets, held, block))
 }
 
 fn weld(flat: &Flat<'_>, sets: &mut Sets, name: &str, edges: &[EdgeRef; 2], origin: OriginId) -> Result<(), Refusal> {
@@ -187,22 +188,28 @@ fn anchor(
     Ok(Anchor { node: 0, body, arm })
 }
 
-fn count_off(flat: &Flat<'_>, sets: &mut Sets, held: Vec<(u32, Anchor)>) -> Numbering {
+/// A sheet of more nodes than a block has is numbered by patches.
+fn count_off(flat: &Flat<'_>, sets: &mut Sets, held: Vec<(u32, Anchor)>, block: usize) -> Numbering {
     let mut numbering = Numbering::default();
     let mut number = vec![u32::MAX; sets.0.len()];
     for (part, first) in flat.laid.iter().zip(&flat.first) {
         let from = numbering.count;
-        let mut node_of = Vec::with_capacity(part.position.len());
-        for node in *first..*first + part.position.len() as u32 {
-            let root = sets.root(node) as usize;
-            if number[root] == u32::MAX {
-                number[root] = numbering.count as u32;
-                numbering.count += 1;
+        let roots: Vec<usize> = (0..part.position.len() as u32).map(|node| sets.root(first + node) as usize).collect();
+        let mut new = Vec::new();
+        for (node, root) in roots.iter().enumerate() {
+            if number[*root] == u32::MAX {
+                number[*root] = (from + new.len()) as u32;
+                new.push(node);
             }
-            node_of.push(number[root]);
         }
+        if let Some(mesh) = part.mesh.as_ref().filter(|_| new.len() > block) {
+            let places: Vec<DVec2> = new.iter().map(|node| mesh.material[*node]).collect();
+            let order = patch_order(&places, from, block);
+            new.iter().zip(order).for_each(|(node, own)| number[roots[*node]] = own);
+        }
+        numbering.count += new.len();
         numbering.owned.push(from..numbering.count);
-        numbering.node_of.push(node_of);
+        numbering.node_of.push(roots.iter().map(|root| number[*root]).collect());
     }
     for (node, anchor) in held {
         let node = number[sets.root(node) as usize];

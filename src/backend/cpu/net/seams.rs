@@ -76,6 +76,28 @@ impl NetRun {
         self.elements.holds_of(part).filter(|(_, hold)| list.contains(&hold.of)).map(work).sum()
     }
 
+    /// Holds across the strip that carry, with their braces, as much across it as they can: their limit times what all of
+    /// them would carry across as they lie at rest. At the ends of a strip braces give way, so that the opening alone would
+    /// tear it early.
+    fn overloaded_holds(&self, part: PartId) -> Vec<u32> {
+        let place = |nodes: &[u32; 3], hold: &Hold| hold.gap(nodes.map(|node| self.net.position[node as usize]));
+        let holds: Vec<(&[u32; 3], &Hold)> = self.elements.holds_of(part).collect();
+        let (mut force, mut most) = (vec![0.0; holds.len()], vec![0.0; holds.len()]);
+        for (nodes, hold) in holds.iter().filter(|(_, hold)| hold.spring.stiffness > 0.0) {
+            let of = hold.of as usize;
+            let Some((own_nodes, own)) = holds.get(of) else { continue };
+            let (gap, across) = (place(nodes, hold), place(own_nodes, own).normalize_or_zero());
+            let tension = hold.spring.stiffness * (gap.length() - hold.spring.rest);
+            let slope = if hold.length > 0.0 { 1.0 } else { own.spring.rest / hold.spring.rest };
+            force[of] += tension * gap.normalize_or_zero().dot(across);
+            most[of] += hold.spring.stiffness * slope * slope * own.limit;
+        }
+        let over = |(number, (_, hold)): &(usize, &(&[u32; 3], &Hold))| {
+            hold.spring.stiffness > 0.0 && hold.length > 0.0 && force[*number] >= most[*number]
+        };
+        holds.iter().enumerate().filter(over).map(|(number, _)| number as u32).collect()
+    }
+
     /// The largest force of a part's holds, N.
     pub fn holding_force(&self, parts: &[usize]) -> f64 {
         let force = |(nodes, hold): (&[u32; 3], &Hold)| {
@@ -123,14 +145,7 @@ impl Engine<'_> {
         for part in 0..self.net.parts.len() {
             let NetKind::Join { tears: true, .. } = self.net.parts[part].kind else { continue };
             let id = PartId(part as u32);
-            let over = |(nodes, hold): &(&[u32; 3], &Hold)| {
-                let gap = hold.gap(nodes.map(|node| self.net.net.position[node as usize])).length();
-                hold.spring.stiffness > 0.0 && hold.length > 0.0 && gap - hold.spring.rest >= hold.limit
-            };
-            let list: Vec<u32> = (self.net.elements.holds_of(id).enumerate())
-                .filter(|(_, hold)| over(hold))
-                .map(|(number, _)| number as u32)
-                .collect();
+            let list = self.net.overloaded_holds(id);
             if list.is_empty() {
                 continue;
             }

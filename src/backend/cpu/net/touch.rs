@@ -148,7 +148,7 @@ impl Engine<'_> {
         Ok(())
     }
 
-    /// The name of a side, and the line of a part.
+    /// The name of a side, and its line.
     fn side_of(&self, side: ClothSide, domains: &[DomainId]) -> (String, Option<OriginId>) {
         match side {
             ClothSide::Part(at) => {
@@ -157,7 +157,7 @@ impl Engine<'_> {
             }
             ClothSide::Body(body) => {
                 let recipe = self.body_part.recipes.get(body as usize);
-                (recipe.map_or_else(String::new, |recipe| format!("`{}`", recipe.name)), None)
+                recipe.map_or_else(Default::default, |recipe| (format!("`{}`", recipe.name), Some(recipe.origin)))
             }
         }
     }
@@ -190,8 +190,8 @@ impl Engine<'_> {
             self.contact_totals.overlaps = overlaps.iter().map(|found| self.told(found, domains, tolerance)).collect();
             return Ok(());
         };
-        let (named, origin) =
-            (|side: ClothSide| self.side_of(side, domains).0, self.side_of(found.between[0], domains).1);
+        let named = |side: ClothSide| self.side_of(side, domains).0;
+        let origin = self.side_of(found.between[0], domains).1;
         let [one, other] = found.between.map(named);
         let DVec3 { x, y, z } = found.place;
         let place = format!("near [{x:.4}, {y:.4}, {z:.4}] m");
@@ -200,6 +200,8 @@ impl Engine<'_> {
                 "{one} starts {:.3} mm inside {other}, {place}: move one of them, or leave the pair out of `contact`",
                 1e3 * found.depth
             )
+        } else if found.together {
+            format!("{one} and {other} start in one place, {place}: contact cannot tell which side is which")
         } else if one == other {
             format!("{one} starts by going through itself, {place}: contact cannot tell which side is which")
         } else {
@@ -214,10 +216,14 @@ impl Engine<'_> {
     /// places are put right too.
     pub(in crate::backend::cpu) fn net_contact(&mut self) {
         let Some(mut touch) = self.net_touch.take() else { return };
-        if self.halt.is_none() {
+        let runs = self.halt.is_none();
+        if runs {
             if self.is_whole() { self.correct_whole(&mut touch) } else { self.correct_kicked(&mut touch) }
         }
         self.net_touch = Some(touch);
+        if runs && self.is_whole() {
+            self.book_all_met();
+        }
     }
 
     fn correct_kicked(&mut self, touch: &mut NetTouch) {
@@ -386,18 +392,25 @@ impl Engine<'_> {
         self.ledger.accounts[self.parts.len() + i].now.contact += work;
     }
 
+    /// What a held or driven node met in the last step, N·s.
+    pub(in crate::backend::cpu) fn net_contact_on_held(&self, node: u32) -> DVec3 {
+        let Some(touch) = &self.net_touch else { return DVec3::ZERO };
+        let held = &touch.last.held_impulse;
+        held.binary_search_by_key(&node, |(held, _)| *held).map_or(DVec3::ZERO, |at| held[at].1)
+    }
+
     /// What the net's contact did to a body in the last step, averaged over it, N.
     pub(in crate::backend::cpu) fn net_contact_force(&self, body: usize) -> DVec3 {
         let impulse = self.net_touch.as_ref().and_then(|touch| touch.last.body_impulse.get(body));
         impulse.map_or(DVec3::ZERO, |[linear, _]| *linear / self.h)
     }
 
-    /// Whether a rule named after `item` pressed in the last step.
+    /// Whether anything of a rule named after `item` touched in the last step.
     pub(in crate::backend::cpu) fn net_touching(&self, item: &str) -> bool {
-        let pressed = |touch: &NetTouch| {
-            touch.rules.iter().zip(&touch.last.rules).any(|(rule, totals)| rule == item && totals.exchanged > 0.0)
+        let touches = |touch: &NetTouch| {
+            touch.rules.iter().zip(&touch.last.touching).any(|(rule, touching)| rule == item && *touching)
         };
-        self.net_touch.as_ref().is_some_and(pressed)
+        self.net_touch.as_ref().is_some_and(touches)
     }
 
     /// What an oracle may see of the net in a step that began at these places.

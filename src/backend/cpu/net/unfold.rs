@@ -24,7 +24,8 @@ pub fn unfold(plan: &Plan, bodies: &mut Bodies) -> Result<NetRun, Refusal> {
     for (index, domain) in plan.body.domains.iter().enumerate() {
         laid.extend(lay(DomainId(index as u32), domain)?);
     }
-    let numbering = number(&laid, &plan.body.joins, bodies)?;
+    let block = laid.first().map_or(BLOCK, |part| plan.body.domains[part.domain.0 as usize].block as usize).max(1);
+    let numbering = number(&laid, &plan.body.joins, bodies, block)?;
     let mut net = places(&laid, &numbering);
     let mut builder = Elements::builder(numbering.count);
     let mut parts = Vec::new();
@@ -67,8 +68,7 @@ pub fn unfold(plan: &Plan, bodies: &mut Bodies) -> Result<NetRun, Refusal> {
         });
     }
     add_joins(plan, &laid, &numbering, &mut builder, &mut net, &mut parts);
-    let block = laid.first().map_or(BLOCK, |part| plan.body.domains[part.domain.0 as usize].block as usize);
-    let elements = builder.finish(block.max(1));
+    let elements = builder.finish(block);
     hang_bodies(&numbering, &mut net, bodies);
     let free_inverse_mass = inverse_masses(&parts, &numbering, &mut net)?;
     let count = numbering.count;
@@ -79,6 +79,7 @@ pub fn unfold(plan: &Plan, bodies: &mut Bodies) -> Result<NetRun, Refusal> {
         plain: parts.len() == 1 && numbering.anchors.is_empty(),
         changed: Vec::new(),
         noted: vec![false; count],
+        stiff: parts.iter().map(|part| plan.body.stiff.contains(&part.name)).collect(),
         damping: vec![DVec3::ZERO; if elements.damped() { count } else { 0 }],
         elastic: vec![Wrench::default(); bodies.position.len()],
         wrench: vec![Wrench::default(); bodies.position.len()],

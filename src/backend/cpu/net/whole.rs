@@ -31,11 +31,16 @@ pub struct Room {
     drawn0: Vec<DVec3>,
     drag0: Vec<DVec3>,
     damping0: Vec<f64>,
+    /// What damping took in sub-steps of the step, J, by part; none where it is the trapezoid's.
+    pub taken: Vec<Option<f64>>,
     balance0: Vec<Balance>,
     /// Axes of nodes that something holds while others are free.
     pub axes: Vec<(u32, Axes)>,
     pub stages: super::explicit::Stages,
     pub newton: Option<Box<super::newton::Newton>>,
+    /// Motions of the bodies that hang in lines a step ago, where the scheme looks back; else empty.
+    pub carried: Vec<BodyMotion>,
+    pub fast: Option<Box<super::multirate::Fast>>,
 }
 
 /// A body as the schemes move it.
@@ -81,17 +86,6 @@ impl Engine<'_> {
         if self.program.contact.as_ref().is_some_and(|contact| !contact.rules.is_empty()) {
             return refuse("contact works with leapfrog and symplectic Euler alone, not with this scheme");
         }
-        let explicit = matches!(pass.kernel, Kernel::Integrate(Scheme::Euler | Scheme::Rk4 | Scheme::Embedded { .. }));
-        let moving = |anchor: &super::Anchor| self.bodies.inverse_mass[anchor.body as usize] > 0.0;
-        if let Some(anchor) = self.net.anchors.iter().find(|anchor| !explicit && moving(anchor)) {
-            let body = &self.body_part.recipes[anchor.body as usize];
-            let message = format!(
-                "lines hang on the body `{}`, and implicit schemes do not move bodies with lines yet: take leapfrog, \
-                 rk4 or the embedded pair, or make it a point",
-                body.name
-            );
-            return Err(Refusal::new(message, Some(body.origin)));
-        }
         Ok(())
     }
 
@@ -109,6 +103,7 @@ impl Engine<'_> {
             Scheme::Euler => self.runge_kutta(&super::explicit::EULER, self.h),
             Scheme::Rk4 => self.runge_kutta(&super::explicit::CLASSICAL, self.h),
             Scheme::Embedded { tolerance } => self.embedded(tolerance),
+            Scheme::Multirate { substeps } => self.multirate(substeps),
             Scheme::BackwardEuler { .. } | Scheme::Bdf2 { .. } | Scheme::Midpoint { .. } => self.implicit(scheme),
         }
         self.break_net();
@@ -234,6 +229,8 @@ impl Engine<'_> {
         room.drag0.clone_from(&net.body_drag);
         room.damping0.clear();
         room.damping0.extend(net.sums.iter().map(|sums| sums.damping));
+        room.taken.clear();
+        room.taken.resize(net.sums.len(), None);
         room.balance0.clear();
         room.balance0.extend(self.ledger.accounts.iter().map(|account| account.now));
         net.before.clone_from(&net.net.velocity);
@@ -255,6 +252,11 @@ impl Engine<'_> {
     /// ends, exact for gravity. With `by_scheme`, what they leave unexplained is the scheme's own doing.
     pub(in crate::backend::cpu) fn end(&mut self, h: f64, by_scheme: bool) {
         self.net.room.known = false;
+        self.end_known(h, by_scheme);
+    }
+
+    /// The same where the elements' force may stand as it is known.
+    pub(in crate::backend::cpu) fn end_known(&mut self, h: f64, by_scheme: bool) {
         self.whole_forces();
         self.net.room.known = true;
         self.measure_whole();
@@ -267,7 +269,8 @@ impl Engine<'_> {
         for (index, part) in self.net.parts.iter().enumerate() {
             let (net, room) = (&self.net, &self.net.room);
             let now = &mut self.ledger.accounts[first + index].now;
-            now.viscosity -= 0.5 * h * (room.damping0[index] + net.sums[index].damping);
+            let trapezoid = 0.5 * h * (room.damping0[index] + net.sums[index].damping);
+            now.viscosity -= room.taken[index].unwrap_or(trapezoid);
             for i in part.owned.clone() {
                 let way = net.net.position[i] - room.x0[i];
                 now.gravity += net.net.mass[i] * gravity.dot(way);

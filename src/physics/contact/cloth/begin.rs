@@ -1,5 +1,5 @@
-//! What lies in what before the first step: elements inside bodies, and edges that go through faces. Contact keeps apart what
-//! starts apart; it cannot tell on which side of each other such things belong.
+//! What lies in what before the first step: elements inside bodies, bodies in bodies, edges that go through faces, and sheets
+//! in one place. Contact keeps apart what starts apart; it cannot tell on which side of each other such things belong.
 
 use std::collections::HashSet;
 
@@ -20,8 +20,10 @@ use crate::physics::Bodies;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tangle {
     pub between: [ClothSide; 2],
-    /// How deep an element lies in a body, m; zero where a part goes through a part.
+    /// How deep an element or a body lies in a body, m; zero where a part goes through a part.
     pub depth: f64,
+    /// Two parts lie in one place, and neither goes through the other.
+    pub together: bool,
     /// Where, m.
     pub place: DVec3,
 }
@@ -36,6 +38,10 @@ pub struct Overlap {
     pub deepest: f64,
     pub at: DVec3,
 }
+
+/// Share of the thickness at which two parts lie in one place, and of the smaller radius by which bodies that touch may lie in
+/// each other.
+const SAME: f64 = 1e-6;
 
 /// Share of the thickness that may be missing before it is told: rows are as coarse.
 const TOLD: f64 = 0.02;
@@ -90,8 +96,8 @@ impl ClothContact {
         found
     }
 
-    /// The deepest element in a body, or else the first place where an edge goes through a face, with the net at
-    /// `position` (m). Elements with a node that `held` tells of are left out: they hang on what they are in.
+    /// The deepest element in a body, or else the first place where an edge goes through a face, or where two parts lie in one
+    /// place, or else the deepest of bodies in each other, with the net at `position` (m). Elements with a node that `held` tells of are left out: they hang on what they are in.
     pub fn tangled(&mut self, position: &[DVec3], bodies: &Bodies, held: impl Fn(u32) -> bool) -> Option<Tangle> {
         if self.laws.rules.is_empty() {
             return None;
@@ -99,7 +105,11 @@ impl ClothContact {
         let still = vec![DVec3::ZERO; position.len()];
         self.candidates.refer(0.0, position, &still, self.settings.skin);
         self.candidates.seek(&self.features, &self.laws, false);
-        let found = self.deepest_in_body(position, bodies, &held).or_else(|| self.first_pierced(position));
+        let found = self
+            .deepest_in_body(position, bodies, &held)
+            .or_else(|| self.first_pierced(position))
+            .or_else(|| self.first_in_one_place(position))
+            .or_else(|| self.deepest_of_bodies(bodies));
         // The first step lists anew with its own speeds.
         self.candidates.reference.position.clear();
         self.berths.clear();
@@ -134,10 +144,46 @@ impl ClothContact {
                 if depth > deepest.map_or(0.0, |d| d.depth) {
                     let place = pose.place((0..3).map(|k| x[k] * found.weights[k]).sum());
                     let between = [ClothSide::Part(near.part), ClothSide::Body(near.body)];
-                    deepest = Some(Tangle { between, depth, place });
+                    deepest = Some(Tangle { between, depth, together: false, place });
                 }
             }
         }
+        deepest
+    }
+
+    /// Places of two parts that coincide have no side on which the other lies.
+    fn first_in_one_place(&self, position: &[DVec3]) -> Option<Tangle> {
+        self.candidates.pairs.iter().find_map(|pair| {
+            let between = self.laws.rules[pair.rule as usize].between;
+            let x = pair.nodes.map(|n| position[n as usize]);
+            let near = nearest(pair.is_face, x);
+            let coincide = between[0] != between[1] && near.delta.length() <= SAME * pair.thickness;
+            let place = (0..4).map(|k| x[k] * near.weights[k].max(0.0)).sum();
+            coincide.then_some(Tangle { between, depth: 0.0, together: true, place })
+        })
+    }
+
+    /// The deepest pair of bodies of which one can move.
+    fn deepest_of_bodies(&mut self, bodies: &Bodies) -> Option<Tangle> {
+        response::take_bodies(bodies, &mut self.bodies);
+        self.courses.clear();
+        for b in 0..bodies.position.len() {
+            let pose = Pose { position: bodies.position[b], turn: bodies.turn[b] };
+            self.courses.push(course(pose, DVec3::ZERO, DVec3::ZERO, DVec3::ZERO, self.radii[b], 0.0));
+        }
+        let (mut rows, mut deepest) = (Vec::new(), None::<Tangle>);
+        self.each_body_pair(bodies, |pair, skeletons| {
+            rows.clear();
+            pair.rows(skeletons, &mut rows);
+            let least = SAME * pair.bodies.map(|b| self.radii[b as usize]).into_iter().fold(f64::INFINITY, f64::min);
+            for row in &rows {
+                let depth = -(row.gap + self.settings.margin);
+                if depth > deepest.map_or(least, |found| found.depth) {
+                    let place = pair.courses[0].start.position + row.arms[0];
+                    deepest = Some(Tangle { between: pair.bodies.map(ClothSide::Body), depth, together: false, place });
+                }
+            }
+        });
         deepest
     }
 
@@ -150,7 +196,7 @@ impl ClothContact {
             let [a, b] = [e, f].map(|k| &self.features.elements[k as usize]);
             let place = pierces(a, b, position).or_else(|| pierces(b, a, position));
             let between = [ClothSide::Part(a.part), ClothSide::Part(b.part)];
-            found = place.map(|place| Tangle { between, depth: 0.0, place });
+            found = place.map(|place| Tangle { between, depth: 0.0, together: false, place });
         });
         found
     }

@@ -37,6 +37,8 @@ pub(super) struct Candidates {
     pub stale: Vec<u32>,
     pub stale_elements: Vec<u32>,
     is_stale: Vec<bool>,
+    /// Elements with a stale node.
+    has_stale: Vec<bool>,
     width: Vec<f64>,
     /// Elements at each node: those of node n from `first[n]` to `first[n + 1]`.
     around: Vec<u32>,
@@ -70,7 +72,8 @@ impl Candidates {
         let contours = super::cull::Contours::new(features, &trees);
         let (first, around) = elements_around(features);
         let is_stale = vec![false; features.nodes];
-        Self { trees, contours, width: widths(features), first, around, is_stale, ..Self::default() }
+        let has_stale = vec![false; features.elements.len()];
+        Self { trees, contours, width: widths(features), first, around, is_stale, has_stale, ..Self::default() }
     }
 
     /// Gives all nodes new courses, on which the lists are to be made.
@@ -126,6 +129,7 @@ impl Candidates {
             self.boxes[e as usize] = element_box(features, &self.reference, e);
             let part = features.elements[e as usize].part as usize;
             self.trees[part].mark(e - features.parts[part].start);
+            self.has_stale[e as usize] = true;
         }
         let boxes = &self.boxes;
         self.trees.iter_mut().for_each(|tree| tree.refit_marked(|e| boxes[e as usize]));
@@ -133,6 +137,7 @@ impl Candidates {
         self.list(features, true, parallel);
         self.trees.iter_mut().for_each(Tree::unmark);
         self.stale.iter().for_each(|n| self.is_stale[*n as usize] = false);
+        self.stale_elements.iter().for_each(|e| self.has_stale[*e as usize] = false);
         stayed
     }
 
@@ -186,12 +191,13 @@ impl Candidates {
 
     /// Adds the pairs of the leaves; of stale nodes only where asked.
     fn list(&mut self, features: &Features, marked: bool, parallel: bool) {
-        let Self { trees, reference, leaves, found, pairs, boxes, is_stale, .. } = self;
+        let Self { trees, reference, leaves, found, pairs, boxes, is_stale, has_stale, .. } = self;
         let tasks = leaves.len().div_ceil(BATCH);
         if found.len() < tasks {
             found.resize_with(tasks, Vec::new);
         }
         let only = marked.then_some(is_stale.as_slice());
+        let wanted = |e: u32, f: u32| !marked || has_stale[e as usize] || has_stale[f as usize];
         let one = |found: &mut Vec<Pair>, leaves: &[LeafPair]| {
             found.clear();
             for leaf in leaves {
@@ -201,7 +207,7 @@ impl Candidates {
                     let with = if same { &b[k + 1..] } else { b };
                     let mut first = None;
                     for &f in with {
-                        if boxes[e as usize].meets(&boxes[f as usize]) {
+                        if wanted(e, f) && boxes[e as usize].meets(&boxes[f as usize]) {
                             let (seen, common) = first.get_or_insert_with(|| Seen::first(features, reference, e));
                             Seeker { features, reference, rule: leaf.rule, only, found }.seek(seen, *common, f);
                         }

@@ -42,7 +42,7 @@ use reference::Reference;
 use response::Islands;
 use rows::{Key, Rigid, Row};
 use shapes::Course;
-use sweep::{Hit, Hits};
+use sweep::{Hit, Hits, Turned};
 use zones::Zones;
 
 use super::super::Bodies;
@@ -58,6 +58,8 @@ pub struct ClothSettings {
     pub tolerance: f64,
     /// Distance at which two bodies touch, m; small beside them, for nothing keeps a resting body from the last of it.
     pub margin: f64,
+    /// What is no farther apart than this touches, pressed or not, m. Changes what is told only.
+    pub touch: f64,
     /// Rounds of continuous tests and new rows before rigid zones are formed.
     pub rounds: u32,
     /// Rounds of growing zones before the step is refused.
@@ -67,7 +69,8 @@ pub struct ClothSettings {
 impl ClothSettings {
     /// What suits cloth whose thinnest part has this half-thickness (m).
     pub fn for_half_thickness(half: f64) -> Self {
-        Self { skin: 4.0 * half, sweeps: 400, tolerance: 1e-3 * half, margin: 1e-3 * half, rounds: 12, zone_rounds: 12 }
+        let [tolerance, margin, touch] = [1e-3, 1e-3, 1e-2].map(|share| share * half);
+        Self { skin: 4.0 * half, sweeps: 400, tolerance, margin, touch, rounds: 12, zone_rounds: 12 }
     }
 }
 
@@ -90,9 +93,12 @@ pub struct ClothContact {
     /// Room for a place of each node in a list.
     place_of: Vec<u32>,
     rows: Vec<Row>,
+    /// Rows whose demands contradict each other.
+    jammed: Vec<u32>,
     room: Vec<narrow::Room>,
     hit_room: Vec<Hits>,
     hits: Vec<Hit>,
+    turned: Turned,
     stack: Vec<u32>,
     before: Vec<DVec3>,
     bodies: Vec<Rigid>,
@@ -140,9 +146,11 @@ impl ClothContact {
             solids: bodies.solids.clone(),
             place_of: vec![0; features.nodes],
             rows: Vec::new(),
+            jammed: Vec::new(),
             room: Vec::new(),
             hit_room: Vec::new(),
             hits: Vec::new(),
+            turned: Turned::default(),
             stack: Vec::new(),
             before: Vec::new(),
             bodies: Vec::new(),

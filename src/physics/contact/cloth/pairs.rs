@@ -112,6 +112,9 @@ fn apart(solids: [&Solid; 2], poses: [Pose; 2]) -> Option<(f64, DVec3, [DVec3; 2
     (bound > 0.0).then_some((bound, normal, [p, q]))
 }
 
+/// Share of the margin within which the simplex distance is not sharp.
+const BLUNT: f64 = 0.05;
+
 /// Two bodies and the rule between them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BodyMeet<'a> {
@@ -154,6 +157,7 @@ impl BodyMeet<'_> {
     /// Rows of both skeletons at the start of the step.
     pub fn rows(&self, skeletons: [&Skeleton; 2], out: &mut Vec<Row>) {
         let reach = self.closing() + self.margin + self.floor;
+        let first = out.len();
         for host in 0..2 {
             let guest = 1 - host;
             let skeleton = skeletons[guest];
@@ -186,7 +190,11 @@ impl BodyMeet<'_> {
                 }
             }
         }
-        let nearest = apart(self.solids, self.courses.map(|c| c.start)).filter(|found| found.0 <= reach);
+        // The simplex distance is a bound by a direction that is nearly the best: where corners and edges say the same, and
+        // more sharply, it adds nothing.
+        let least = out[first..].iter().map(|row| row.gap + self.margin).fold(f64::INFINITY, f64::min);
+        let most = reach.min(least - BLUNT * self.margin);
+        let nearest = apart(self.solids, self.courses.map(|c| c.start)).filter(|found| found.0 <= most);
         if let Some((distance, normal, [p, q])) = nearest {
             out.push(self.row(u32::MAX, normal, distance, 0.5 * (p + q)));
         }

@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 
 use super::super::stats::RuleTotals;
 use super::law::ClothRule;
-use super::rows::{Motion, NONE, Rigid, Row};
+use super::rows::{Key, Motion, NONE, Rigid, Row};
 use crate::physics::Bodies;
 
 /// Steps over which an overlap beyond the tolerance is parted.
@@ -12,6 +12,12 @@ const PARTING: f64 = 64.0;
 
 /// An island is solved when no impulse moves its touch by more than this share of the tolerance.
 pub(super) const SETTLED: f64 = 0.125;
+
+/// Share of that which is left of touches between bodies.
+const SHARP: f64 = 1e-3;
+
+/// Share of that by which the nodes of a touch may be changed before it is solved again.
+const IDLE: f64 = 0.125;
 
 /// What the response needs to know of a step.
 #[derive(Clone, Copy, Debug)]
@@ -29,11 +35,13 @@ impl Task {
     }
 
     /// Least normal speed after the step: the gap may be used up; what closes in this step rebounds with the coefficient
-    /// of restitution times its approach; an overlap beyond the tolerance parts slowly.
+    /// of restitution times its approach; an overlap beyond the tolerance parts slowly. Without restitution things stop
+    /// where they touch, not where the step found them.
     pub fn target(&self, rule: &ClothRule, gap: f64, approach: f64, speed: f64) -> f64 {
         let rest = if gap >= 0.0 { -gap / self.h } else { self.parting(gap) };
         let closes = approach < 0.0 && gap + self.h * speed < 0.0;
-        if closes && self.restitution { rest.max(-rule.restitution * approach) } else { rest }
+        let rebounds = closes && self.restitution && rule.restitution > 0.0;
+        if rebounds { rest.max(-rule.restitution * approach) } else { rest }
     }
 }
 
@@ -60,12 +68,14 @@ pub(super) struct Islands {
     pub starts: Vec<u32>,
     /// Rows by island, in their order.
     pub rows: Vec<u32>,
+    /// How far the velocity of each node has gone since its island was begun, m/s.
+    drift: Vec<f64>,
 }
 
 impl Islands {
     pub fn new(nodes: usize, bodies: usize) -> Self {
         let parent = (0..(nodes + bodies) as u32).collect();
-        Self { parent, number: vec![NONE; nodes + bodies], ..Self::default() }
+        Self { parent, number: vec![NONE; nodes + bodies], drift: vec![0.0; nodes], ..Self::default() }
     }
 
     fn root(&mut self, mut n: u32) -> u32 {
@@ -147,29 +157,117 @@ fn movers<'a>(row: &'a Row, motion: &'a Motion<'_>, nodes: u32) -> impl Iterator
     of_net.chain(row.bodies.iter().filter(moves).map(move |b| nodes + b))
 }
 
-/// Solves all islands; returns the most sweeps and the largest change of place by the last one, m.
-pub(super) fn solve(rows: &mut [Row], islands: &Islands, motion: &mut Motion<'_>, task: &Task) -> (u32, f64) {
+/// Solves all islands that have a row from `first` on, for the others are solved; returns the most sweeps and the largest
+/// change of place by the last one, m. Rows of islands whose demands contradict each other go to `jammed`.
+pub(super) fn solve(
+    rows: &mut [Row],
+    islands: &mut Islands,
+    motion: &mut Motion<'_>,
+    task: &Task,
+    first: usize,
+    jammed: &mut Vec<u32>,
+) -> (u32, f64) {
     let (mut most, mut unresolved) = (0, 0.0_f64);
-    for ends in islands.starts.windows(2) {
-        let island = &islands.rows[ends[0] as usize..ends[1] as usize];
+    let mut halfway: Vec<Halfway> = Vec::new();
+    jammed.clear();
+    let Islands { starts, rows: of_islands, drift, .. } = islands;
+    for ends in starts.windows(2) {
+        let island = &of_islands[ends[0] as usize..ends[1] as usize];
+        // Rows of an island stand in their order.
+        if island.last().is_none_or(|last| (*last as usize) < first) {
+            continue;
+        }
         let settled = SETTLED * task.tolerance / task.h;
+        // Bodies alone are few, and stand on several corners at once, where sweeps converge slowly.
+        let bodies_alone = island.iter().all(|k| rows[*k as usize].key.kind == Key::BODIES);
+        let enough = if bodies_alone { SHARP * settled } else { settled };
         let mut residual = 0.0;
+        halfway.clear();
         for sweep in 0..task.sweeps {
+            if sweep == task.sweeps / 2 {
+                halfway.extend(island.iter().map(|k| Halfway::of(&rows[*k as usize], motion)));
+            }
             residual = 0.0_f64;
-            let mut one = |k: &u32| residual = residual.max(rows[*k as usize].relax(motion));
+            let mut one = |k: &u32| {
+                let row = &mut rows[*k as usize];
+                // What little its nodes were changed since it was solved leaves nothing to do.
+                if sweep > 0 && row.nodes_only && row.drift(drift) - row.seen <= IDLE * settled {
+                    return;
+                }
+                let [changed, impulse] = row.relax(motion);
+                residual = residual.max(changed);
+                if impulse != 0.0 {
+                    for k in (0..4).filter(|k| row.weights[*k] != 0.0) {
+                        let n = row.nodes[k] as usize;
+                        drift[n] += impulse * row.weights[k].abs() * motion.inverse_mass[n];
+                    }
+                }
+                row.seen = row.drift(drift);
+            };
             if sweep % 2 == 0 {
                 island.iter().for_each(&mut one);
             } else {
                 island.iter().rev().for_each(&mut one);
             }
             most = most.max(sweep + 1);
-            if residual <= settled {
+            if residual <= enough {
                 break;
             }
         }
         unresolved = unresolved.max(residual * task.h);
+        for k in island {
+            let row = &rows[*k as usize];
+            row.nodes.iter().for_each(|n| {
+                if let Some(drift) = drift.get_mut(*n as usize) {
+                    *drift = 0.0
+                }
+            });
+        }
+        if residual > settled && contradicts(rows, island, &halfway, motion) {
+            let presses = |k: &&u32| rows[**k as usize].push > 0.0;
+            jammed.extend(island.iter().filter(presses));
+        }
     }
     (most, unresolved)
+}
+
+/// A row after half of the sweeps.
+struct Halfway {
+    push: f64,
+    impulse: DVec3,
+    relative: DVec3,
+}
+
+impl Halfway {
+    fn of(row: &Row, motion: &Motion<'_>) -> Self {
+        Self { push: row.push, impulse: row.impulse(), relative: row.relative(motion) }
+    }
+}
+
+/// Velocities that met the demands would need this many times the energy that things of this island move with.
+const BEYOND: f64 = 64.0;
+
+/// Share of the growth that may be undone in other rows: an impulse that only changes places with another proves nothing.
+const UNDONE: f64 = 1e-3;
+
+/// Whether no velocities can meet what the rows of an island ask for, as where cloth lies between two things that nothing
+/// can move and that close. Impulses then grow along a direction p that moves next to nothing (Farkas' lemma): velocities v
+/// that met all demands d would have p·d ≤ p·Jv ≤ (p·JM⁻¹Jᵀp)^½ (v·Mv)^½.
+fn contradicts(rows: &[Row], island: &[u32], halfway: &[Halfway], motion: &Motion<'_>) -> bool {
+    let (mut grown, mut undone) = (0.0, 0.0);
+    let (mut demand, mut moved, mut mass, mut fastest) = (0.0, 0.0, 0.0, 0.0_f64);
+    for (k, half) in island.iter().zip(halfway) {
+        let row = &rows[*k as usize];
+        let relative = row.relative(motion);
+        let asked = row.target - row.relative_of_immovable(motion).dot(row.normal);
+        demand += (row.push - half.push) * asked;
+        grown += (row.push - half.push).max(0.0);
+        undone += (half.push - row.push).max(0.0);
+        moved += (row.impulse() - half.impulse).dot(relative - half.relative);
+        mass += row.mass;
+        fastest = fastest.max(relative.length()).max(asked.abs());
+    }
+    undone <= UNDONE * grown && demand > 0.0 && demand * demand > BEYOND * moved.max(0.0) * mass * fastest * fastest
 }
 
 /// Books the energy of all rows: impulse times the mean of the relative velocities before and after, which adds up to the

@@ -45,6 +45,11 @@ pub(super) struct Rigid {
 }
 
 impl Rigid {
+    /// Nothing can move it.
+    pub fn stands(&self) -> bool {
+        self.inverse_mass == 0.0 && self.inverse_inertia == DMat3::ZERO
+    }
+
     #[inline]
     pub fn at(&self, arm: DVec3) -> DVec3 {
         self.velocity + self.spin.cross(arm)
@@ -84,6 +89,10 @@ pub(super) struct Row {
     pub at_rest: f64,
     pub sliding: f64,
     pub slides: bool,
+    /// Nothing but nodes moves in it.
+    pub nodes_only: bool,
+    /// What it had drifted when it was solved last, m/s.
+    pub seen: f64,
 }
 
 impl Row {
@@ -106,6 +115,8 @@ impl Row {
             at_rest: 0.0,
             sliding: 0.0,
             slides: false,
+            nodes_only: false,
+            seen: 0.0,
         }
     }
 
@@ -145,6 +156,17 @@ impl Row {
         self.relative_of(motion.velocity, motion.bodies)
     }
 
+    /// What nodes and bodies that nothing can move add to it, m/s.
+    pub fn relative_of_immovable(&self, motion: &Motion<'_>) -> DVec3 {
+        let stands = |k: &usize| self.weights[*k] != 0.0 && motion.inverse_mass[self.nodes[*k] as usize] == 0.0;
+        let nodes = (0..4).filter(stands).map(|k| motion.velocity[self.nodes[k] as usize] * self.weights[k]);
+        let bodies = [(0, 1.0), (1, -1.0)].into_iter().filter_map(|(side, sign)| {
+            let body = motion.bodies.get(self.bodies[side] as usize)?;
+            body.stands().then(|| body.at(self.arms[side]) * sign)
+        });
+        nodes.chain(bodies).sum()
+    }
+
     #[inline]
     pub fn apply(&self, motion: &mut Motion<'_>, impulse: DVec3) {
         for k in 0..4 {
@@ -180,6 +202,8 @@ impl Row {
             ef += give(e, f);
             ff += give(f, f);
         }
+        let stands = |b: &u32| motion.bodies.get(*b as usize).is_none_or(Rigid::stands);
+        self.nodes_only = self.bodies.iter().all(stands);
         let most = 0.5 * (ee + ff) + (0.25 * (ee - ff) * (ee - ff) + ef * ef).sqrt();
         let inverse = |x: f64| if x > 0.0 { 1.0 / x } else { 0.0 };
         self.mass = inverse(base + along);
@@ -187,9 +211,9 @@ impl Row {
         self.mass > 0.0
     }
 
-    /// One projection; returns how fast it changed the relative velocity, m/s.
+    /// One projection; returns how fast it changed the relative velocity (m/s) and the most impulse it took for that (N·s).
     #[inline]
-    pub fn relax(&mut self, motion: &mut Motion<'_>) -> f64 {
+    pub fn relax(&mut self, motion: &mut Motion<'_>) -> [f64; 2] {
         let v = self.relative(motion);
         let push = (self.push + (self.target - v.dot(self.normal)) * self.mass).max(0.0);
         let press = push - self.push;
@@ -197,13 +221,24 @@ impl Row {
         if press != 0.0 {
             self.apply(motion, self.normal * press);
         }
-        let mut changed = press.abs() / self.mass;
+        let (mut changed, mut impulse) = (press.abs() / self.mass, press.abs());
         if self.at_rest.max(self.sliding) > 0.0 && (self.push > 0.0 || self.rub != DVec3::ZERO) {
             let rub = self.hold(self.relative(motion));
             self.apply(motion, rub);
             changed = changed.max(rub.length() / self.mass_across);
+            impulse += rub.length();
         }
-        changed
+        [changed, impulse]
+    }
+
+    /// How far its nodes have drifted from their velocities, m/s, from those of all nodes.
+    #[inline]
+    pub fn drift(&self, of_nodes: &[f64]) -> f64 {
+        (0..4)
+            .map(
+                |k| if self.weights[k] != 0.0 { self.weights[k].abs() * of_nodes[self.nodes[k] as usize] } else { 0.0 },
+            )
+            .sum()
     }
 
     /// Change of the tangential impulse that the relative velocity `v` asks for, within Coulomb's cone.

@@ -66,9 +66,6 @@ impl Seeker<'_> {
     /// The feature pairs that an element and the element `f` own, as the mean motion of the first, `common` (m), sees them:
     /// up to 6 of vertices with faces and 9 of edges.
     pub fn seek(&mut self, a: &Seen<'_>, common: DVec3, f: u32) {
-        if !(self.wants(&a.element.nodes) || self.wants(&self.features.elements[f as usize].nodes)) {
-            return;
-        }
         let b = Seen::new(self.features, self.reference, f, common);
         if !a.around.meets(&b.around) {
             return;

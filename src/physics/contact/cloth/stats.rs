@@ -72,10 +72,14 @@ pub struct ClothContactStats {
     pub seconds: ClothSeconds,
     /// In the order of the rules, J.
     pub rules: Vec<RuleTotals>,
+    /// Whether anything of each rule touched: pressed, or lay within [`ClothSettings::touch`](super::ClothSettings) of touching.
+    pub touching: Vec<bool>,
     /// Energy that zones took out, J.
     pub zone_loss: f64,
     /// Impulse (N·s) on each body and its moment about the body's centre (N·m·s).
     pub body_impulse: Vec<[DVec3; 2]>,
+    /// Impulse (N·s) that held and driven nodes met, by node, each once.
+    pub held_impulse: Vec<(u32, DVec3)>,
     pub refused: Option<Refused>,
     /// Parts that the step was taken in; zero where it was taken whole.
     pub parts: u32,
@@ -99,9 +103,24 @@ impl ClothContactStats {
             return;
         }
         self.zone_loss += part.zone_loss;
+        self.touching.iter_mut().zip(&part.touching).for_each(|(one, other)| *one |= *other);
         self.rules.iter_mut().zip(&part.rules).for_each(|(sum, rule)| sum.add(rule));
         for (sum, impulse) in self.body_impulse.iter_mut().zip(&part.body_impulse) {
             (sum[0], sum[1]) = (sum[0] + impulse[0], sum[1] + impulse[1]);
         }
+        self.held_impulse.extend_from_slice(&part.held_impulse);
+        self.gather_held();
+    }
+
+    /// Brings the impulses on held nodes into the order of the nodes, one sum for each.
+    pub(super) fn gather_held(&mut self) {
+        self.held_impulse.sort_by_key(|(node, _)| *node);
+        self.held_impulse.dedup_by(|later, first| {
+            let same = later.0 == first.0;
+            if same {
+                first.1 += later.1;
+            }
+            same
+        });
     }
 }

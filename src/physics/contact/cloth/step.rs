@@ -39,6 +39,7 @@ impl ClothContact {
     ) -> ClothContactStats {
         let mut stats = ClothContactStats {
             rules: vec![RuleTotals::default(); self.laws.rules.len()],
+            touching: vec![false; self.laws.rules.len()],
             body_impulse: vec![[DVec3::ZERO; 2]; bodies.position.len()],
             ..ClothContactStats::default()
         };
@@ -52,27 +53,36 @@ impl ClothContact {
         self.prepare(net, velocity, true);
         let mut task = self.task(net.h, true);
         let mut clear = false;
+        let mut first = 0;
+        self.hits.clear();
+        self.turned.forget();
         while stats.rounds < self.settings.rounds.max(1) {
             stats.rounds += 1;
-            self.respond(net, velocity, &task, &mut stats);
-            if stats.rounds == 1 && gained(&stats.rules) {
-                // Newton's restitution at several touches at once can raise the energy: once more without it.
+            self.respond(net, velocity, &task, first, &mut stats);
+            if stats.rounds == 1 && (gained(&stats.rules) || !self.jammed.is_empty()) {
+                // Newton's restitution at several touches at once can raise the energy, or ask for too much: once more
+                // without it.
                 velocity.copy_from_slice(&self.before);
                 self.bodies.clone_from(&self.bodies_before);
                 self.prepare(net, velocity, false);
                 task = self.task(net.h, false);
-                self.respond(net, velocity, &task, &mut stats);
+                self.respond(net, velocity, &task, 0, &mut stats);
             }
+            if stats.rounds == 1 && !self.jammed.is_empty() {
+                break;
+            }
+            self.jammed.clear();
             self.look_ahead(net, velocity, bodies, &mut stats, parallel);
             self.leave_settled(net, velocity, stats.rounds);
             if self.hits.is_empty() {
                 clear = true;
                 break;
             }
+            first = self.rows.len();
             self.take_hits(net, velocity, stats.rounds);
         }
         self.book(net, velocity, &task, &mut stats);
-        if !clear {
+        if !clear && self.jammed.is_empty() {
             clear = self.stiffen(net, velocity, bodies, &mut stats, parallel);
         }
         if clear {
@@ -81,6 +91,7 @@ impl ClothContact {
             stats.refused = Some(self.stuck(net, &stats));
             stats.rules.fill(RuleTotals::default());
             stats.body_impulse.fill([DVec3::ZERO; 2]);
+            stats.held_impulse.clear();
             stats.zone_loss = 0.0;
             velocity.copy_from_slice(&self.before);
         }
@@ -257,7 +268,7 @@ impl ClothContact {
     }
 
     /// Pairs of bodies that can meet within the step.
-    fn each_body_pair(&self, bodies: &Bodies, mut with: impl FnMut(&BodyMeet<'_>, [&Skeleton; 2])) {
+    pub(super) fn each_body_pair(&self, bodies: &Bodies, mut with: impl FnMut(&BodyMeet<'_>, [&Skeleton; 2])) {
         let count = bodies.position.len() as u32;
         for a in 0..count {
             for b in a + 1..count {
@@ -317,15 +328,24 @@ impl ClothContact {
         }
     }
 
-    /// Solves the rows and books them.
-    fn respond(&mut self, net: Net<'_>, velocity: &mut [DVec3], task: &Task, stats: &mut ClothContactStats) {
+    /// Solves the islands that have a row from `first` on, and books all rows where they are solved for the first time.
+    fn respond(
+        &mut self,
+        net: Net<'_>,
+        velocity: &mut [DVec3],
+        task: &Task,
+        first: usize,
+        stats: &mut ClothContactStats,
+    ) {
         let clock = Instant::now();
         let mut motion = Motion { velocity, inverse_mass: net.inverse_mass, bodies: &mut self.bodies };
         self.islands.find(&self.rows, &motion);
-        let (sweeps, unresolved) = solve(&mut self.rows, &self.islands, &mut motion, task);
+        let (sweeps, unresolved) = solve(&mut self.rows, &mut self.islands, &mut motion, task, first, &mut self.jammed);
         stats.sweeps = stats.sweeps.max(sweeps);
-        stats.unresolved = unresolved;
-        book(&self.rows, (&self.before, &self.bodies_before), &motion, task, &mut stats.rules);
+        stats.unresolved = stats.unresolved.max(unresolved);
+        if first == 0 {
+            book(&self.rows, (&self.before, &self.bodies_before), &motion, task, &mut stats.rules);
+        }
         stats.seconds.response += clock.elapsed().as_secs_f64();
     }
 
@@ -342,22 +362,34 @@ impl ClothContact {
         let first_new = self.keep_candidates(net, velocity, stats, parallel);
         let clock = Instant::now();
         self.measure(net, velocity, first_new, None, stats, parallel);
+        self.note_turned(velocity);
         let mut room = std::mem::take(&mut self.hit_room);
         let mut hits = std::mem::take(&mut self.hits);
         let mut nearby = std::mem::take(&mut self.nearby);
         let mut found = std::mem::take(&mut self.found);
+        // Where nothing turned, what met still meets and what did not still does not.
+        hits.retain(|hit| !self.turned.row(&hit.row));
         let scene = self.scene(net, velocity, bodies);
         let pairs = &self.candidates.pairs;
-        stats.tests += sweep::sweep(&scene, pairs, &self.distances, &mut room, &mut hits, parallel);
+        stats.tests += sweep::sweep(&scene, pairs, &self.distances, &self.turned, &mut room, &mut hits, parallel);
         for near in &mut nearby {
-            stats.tests += sweep::sweep_near(&scene, near, &mut found, &mut hits, parallel);
+            stats.tests += sweep::sweep_near(&scene, near, &self.turned, &mut found, &mut hits, parallel);
         }
         (self.nearby, self.found) = (nearby, found);
         self.each_body_pair(bodies, |pair, _| {
+            if !pair.bodies.iter().any(|b| self.turned.body(*b)) {
+                return;
+            }
             hits.extend(pair.meets().map(|(share, row)| Hit { share, row, hard: true }));
         });
         (self.hit_room, self.hits) = (room, hits);
         stats.seconds.sweep += clock.elapsed().as_secs_f64();
+    }
+
+    /// Notes what has another velocity than when the step was looked at last.
+    fn note_turned(&mut self, velocity: &[DVec3]) {
+        let Self { turned, bodies, .. } = self;
+        turned.note(velocity, bodies);
     }
 
     /// Drops hits that only end a little too near and whose row would do nothing, and all such after a few rounds: what is left
@@ -394,13 +426,19 @@ impl ClothContact {
         stats.rows = self.rows.len();
         stats.pressed = self.rows.iter().filter(|row| row.push > 0.0).count();
         for row in &self.rows {
+            stats.touching[row.rule as usize] |= row.push > 0.0 || row.gap <= self.settings.touch;
             for (side, impulse) in [(0, row.impulse()), (1, -row.impulse())] {
                 if let Some([force, moment]) = stats.body_impulse.get_mut(row.bodies[side] as usize) {
                     *force += impulse;
                     *moment += row.arms[side].cross(impulse);
                 }
             }
+            if row.push > 0.0 {
+                let held = (0..4).filter(|k| row.weights[*k] != 0.0 && net.inverse_mass[row.nodes[*k] as usize] == 0.0);
+                stats.held_impulse.extend(held.map(|k| (row.nodes[k], row.impulse() * row.weights[k])));
+            }
         }
+        stats.gather_held();
     }
 
     /// Forms and grows rigid zones until nothing meets. False where that fails.
@@ -444,14 +482,15 @@ impl ClothContact {
         false
     }
 
-    /// What holds or drives the things that still meet.
+    /// What holds or drives the things that still meet, or whose demands contradict each other.
     fn stuck(&self, net: Net<'_>, stats: &ClothContactStats) -> Refused {
         let mut refused =
             Refused { share_of_step: self.hits.iter().map(|hit| hit.share).fold(1.0, f64::min), ..Refused::default() };
         let members = self.zones.members().filter(|_| stats.zones > 0);
-        let of_hits = self.hits.iter().flat_map(|hit| {
-            let bodies = hit.row.bodies.into_iter().filter(|b| *b != super::rows::NONE);
-            let nodes = hit.row.nodes.into_iter().filter(|_| hit.row.weights != [0.0; 4]);
+        let jammed = self.jammed.iter().map(|k| &self.rows[*k as usize]);
+        let of_hits = self.hits.iter().map(|hit| &hit.row).chain(jammed).flat_map(|row| {
+            let bodies = row.bodies.into_iter().filter(|b| *b != super::rows::NONE);
+            let nodes = row.nodes.into_iter().filter(|_| row.weights != [0.0; 4]);
             nodes.chain(bodies.map(|b| b + self.features.nodes as u32))
         });
         for m in members.chain(of_hits) {

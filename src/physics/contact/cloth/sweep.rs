@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::candidates::Pair;
 use super::narrow::{self, closing, nearest};
 use super::nearby::{Found, NearElement, NearNode, Nearby, Plane};
-use super::rows::Row;
+use super::rows::{Rigid, Row};
 use super::shapes::{element_meets, element_near};
 use super::touching::{BodyPair, Scene, body_row};
 use crate::geometry::impact::{edge_edge, vertex_face};
@@ -19,6 +19,55 @@ pub(super) struct Hit {
     pub row: Row,
     /// It would come nearer than must be left; else it only ends a little nearer than it should.
     pub hard: bool,
+}
+
+/// What got another velocity since the step was looked at last.
+#[derive(Default)]
+pub(super) struct Turned {
+    velocity: Vec<DVec3>,
+    motion: Vec<[DVec3; 2]>,
+    nodes: Vec<bool>,
+    bodies: Vec<bool>,
+}
+
+impl Turned {
+    /// The next look is the first: all have turned.
+    pub fn forget(&mut self) {
+        self.velocity.clear();
+        self.motion.clear();
+    }
+
+    pub fn note(&mut self, velocity: &[DVec3], bodies: &[Rigid]) {
+        let motion = |b: &Rigid| [b.velocity, b.spin];
+        if self.velocity.len() == velocity.len() && self.motion.len() == bodies.len() {
+            let nodes = self.nodes.iter_mut().zip(self.velocity.iter_mut().zip(velocity));
+            nodes.for_each(|(turned, (last, now))| *turned = std::mem::replace(last, *now) != *now);
+            let moves = self.bodies.iter_mut().zip(self.motion.iter_mut().zip(bodies));
+            moves.for_each(|(turned, (last, now))| *turned = std::mem::replace(last, motion(now)) != motion(now));
+            return;
+        }
+        self.forget();
+        self.velocity.extend_from_slice(velocity);
+        self.motion.extend(bodies.iter().map(motion));
+        for (flags, count) in [(&mut self.nodes, velocity.len()), (&mut self.bodies, bodies.len())] {
+            flags.clear();
+            flags.resize(count, true);
+        }
+    }
+
+    #[inline]
+    pub fn any(&self, nodes: &[u32]) -> bool {
+        nodes.iter().any(|n| self.nodes[*n as usize])
+    }
+
+    pub fn body(&self, body: u32) -> bool {
+        self.bodies.get(body as usize).is_some_and(|turned| *turned)
+    }
+
+    /// Whether anything that a row touches has.
+    pub fn row(&self, row: &Row) -> bool {
+        row.bodies.iter().any(|b| self.body(*b)) || row.weights != [0.0; 4] && self.any(&row.nodes)
+    }
 }
 
 /// Room for the hits of one task.
@@ -34,14 +83,24 @@ const BATCH: usize = 1024;
 /// Share of the thickness that must be left all the time, however short the steps are.
 const KEPT: f64 = 0.5;
 
-/// Share of the thickness by which a step may end too near before it gets another row, and by which what is too near
+/// Shares of the thickness by which a step may end too near before a pair gets another row, and by which what is too near
 /// already may come nearer.
-const SLACK: f64 = 0.02;
-const CREEP: f64 = 0.005;
+#[derive(Clone, Copy)]
+struct Play {
+    slack: f64,
+    creep: f64,
+}
 
-/// Distance at the end of a step under which a pair gets another row, m.
-fn wanted(thickness: f64, distance: f64) -> f64 {
-    ((1.0 - SLACK) * thickness).min(distance - CREEP * thickness)
+/// Of the net with itself, whose neighbours turn fast where it is drawn together; and with bodies, over which a face has no
+/// row of its own until it is as much nearer than its corners.
+const NET: Play = Play { slack: 0.005, creep: 0.0005 };
+const BODY: Play = Play { slack: 0.02, creep: 0.005 };
+
+impl Play {
+    /// Distance at the end of a step under which a pair gets another row, m.
+    fn wanted(self, thickness: f64, distance: f64) -> f64 {
+        ((1.0 - self.slack) * thickness).min(distance - self.creep * thickness)
+    }
 }
 
 /// Distance that must be left, m. What starts nearer than it should may lose a tenth of what there is.
@@ -49,11 +108,13 @@ pub(super) fn separation(thickness: f64, distance: f64) -> f64 {
     if distance > KEPT * thickness { KEPT * thickness } else { 0.9 * distance.max(0.0) }
 }
 
-/// All meetings of the net with itself in the step, in the order of the candidates. Returns the number of tests.
+/// All meetings of the net with itself in the step where anything turned, in the order of the candidates, added to `out`.
+/// Returns the number of tests.
 pub(super) fn sweep(
     scene: &Scene<'_>,
     pairs: &[Pair],
     distances: &[f64],
+    turned: &Turned,
     room: &mut Vec<Hits>,
     out: &mut Vec<Hit>,
     parallel: bool,
@@ -67,7 +128,9 @@ pub(super) fn sweep(
         hits.tests = 0;
         let range = task * BATCH..pairs.len().min((task + 1) * BATCH);
         for (pair, &distance) in pairs[range.clone()].iter().zip(&distances[range]) {
-            net_pair(scene, pair, distance, hits);
+            if turned.any(&pair.nodes) {
+                net_pair(scene, pair, distance, hits);
+            }
         }
     };
     let used = &mut room[..tasks];
@@ -76,7 +139,6 @@ pub(super) fn sweep(
     } else {
         used.iter_mut().enumerate().for_each(one);
     }
-    out.clear();
     used.iter().for_each(|hits| out.extend_from_slice(&hits.list));
     used.iter().map(|hits| hits.tests).sum()
 }
@@ -85,6 +147,7 @@ pub(super) fn sweep(
 pub(super) fn sweep_near(
     scene: &Scene<'_>,
     near: &mut Nearby,
+    turned: &Turned,
     room: &mut Vec<Found>,
     out: &mut Vec<Hit>,
     parallel: bool,
@@ -94,7 +157,11 @@ pub(super) fn sweep_near(
     }
     near.place(&scene.courses[near.body as usize], scene.h, scene.position, scene.velocity, parallel);
     let (body, rule) = (near.body, near.rule);
+    let all = turned.body(body);
     let tasks = near.each(room, parallel, |nodes, element, found| {
+        if !all && !turned.any(&scene.features.elements[element.id as usize].nodes) {
+            return;
+        }
         let pair = BodyPair { element: element.id, body, rule };
         body_pair(scene, &pair, nodes, element, found);
     });
@@ -105,7 +172,7 @@ pub(super) fn sweep_near(
 fn net_pair(scene: &Scene<'_>, pair: &Pair, distance: f64, hits: &mut Hits) {
     let motion = pair.nodes.map(|n| scene.h * scene.velocity[n as usize]);
     let closing = closing(pair.is_face, motion);
-    let wanted = wanted(pair.thickness, distance);
+    let wanted = NET.wanted(pair.thickness, distance);
     if distance - wanted > closing {
         return;
     }
@@ -127,15 +194,15 @@ fn net_pair(scene: &Scene<'_>, pair: &Pair, distance: f64, hits: &mut Hits) {
     // Parallel edges meet with their ends too, and those have rows.
     if let Some(mut row) = narrow::row(scene.features, pair, &near, then) {
         let apart: DVec3 = (0..4).map(|k| scene.position[row.nodes[k] as usize] * row.weights[k]).sum();
-        row.gap = allowed(apart.dot(row.normal), pair.thickness, wanted);
+        row.gap = allowed(apart.dot(row.normal), pair.thickness, wanted, NET);
         hits.list.push(Hit { share, row, hard: met.is_some() });
     }
 }
 
 /// By how much two places may close along the normal of their meeting, m, from how far they are apart along it at the start;
 /// negative where they must part to end `wanted` apart, as turning features must.
-fn allowed(apart: f64, thickness: f64, wanted: f64) -> f64 {
-    if apart >= thickness { apart - thickness } else { (apart - wanted).clamp(-2.0 * SLACK * thickness, 0.0) }
+fn allowed(apart: f64, thickness: f64, wanted: f64, play: Play) -> f64 {
+    if apart >= thickness { apart - thickness } else { (apart - wanted).clamp(-2.0 * play.slack * thickness, 0.0) }
 }
 
 fn body_pair(scene: &Scene<'_>, pair: &BodyPair, nodes: &[NearNode], known: &mut NearElement, found: &mut Found) {
@@ -143,7 +210,7 @@ fn body_pair(scene: &Scene<'_>, pair: &BodyPair, nodes: &[NearNode], known: &mut
     let (solid, course) = (&scene.solids[pair.body as usize], &scene.courses[pair.body as usize]);
     let thickness = scene.features.half_thickness[element.part as usize];
     let (from, to) = (known.starts(nodes), known.ends(nodes));
-    if known.bound_over(nodes, course, from, to) >= (1.0 - SLACK) * thickness {
+    if known.bound_over(nodes, course, from, to) >= (1.0 - BODY.slack) * thickness {
         return;
     }
     found.tests += 1;
@@ -156,8 +223,8 @@ fn body_pair(scene: &Scene<'_>, pair: &BodyPair, nodes: &[NearNode], known: &mut
     });
     known.distance = Some(distance);
     // An overlap of the middle surface, from the start on, may hardly deepen while the rows part it.
-    let kept = if distance > 0.0 { separation(thickness, distance) } else { distance - SLACK * thickness };
-    let wanted = wanted(thickness, distance);
+    let kept = if distance > 0.0 { separation(thickness, distance) } else { distance - BODY.slack * thickness };
+    let wanted = BODY.wanted(thickness, distance);
     // Told where the thickness is nearly used up only, so that what ends apart by it is never a meeting.
     let left = 0.1 * (distance - kept).min(2.0 * thickness);
     if known.bound_over(nodes, course, from, to) >= wanted.max(kept + left) {
@@ -189,6 +256,6 @@ fn body_pair(scene: &Scene<'_>, pair: &BodyPair, nodes: &[NearNode], known: &mut
     let touched = place(then, near.weights) - near.near.distance * near.near.normal;
     let apart = (at_start - course.start.place(touched)).dot(row.normal);
     row.arms[1] = at_start - course.start.position;
-    row.gap = allowed(apart, thickness, wanted);
+    row.gap = allowed(apart, thickness, wanted, BODY);
     found.hits.push(Hit { share, row, hard: met.is_some() });
 }

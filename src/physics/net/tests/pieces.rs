@@ -260,4 +260,11 @@ fn a_narrow_order_keeps_halos_small() {
     let narrow = build(&mesh, &number);
     assert!(shuffled.halo_share() > 2.0, "{}", shuffled.halo_share());
     assert!(narrow.halo_share() < 0.6, "{}", narrow.halo_share());
+    // Patches of 16 by 16 have borders of about 68 nodes; they may start inside a block.
+    let patches = patch_order(&mesh.material, 0, 256);
+    let patched = build(&mesh, &patches);
+    assert!(patched.halo_share() < 0.35, "{}", patched.halo_share());
+    let mut sorted = patch_order(&mesh.material, 1000, 256);
+    sorted.sort_unstable();
+    assert_eq!(sorted, (1000..1000 + count as u32).collect::<Vec<u32>>());
 }

@@ -1,0 +1,116 @@
+//! Which parts of a net are stiff enough to take steps of their own, and what that gains.
+
+use crate::plan::{Join, cost};
+
+use super::{Maker, group_name};
+
+use super::scheme::NET_SHARE;
+
+/// An impulse every π/ω or later can be in step with a vibration of the stiff parts (Biesiadecki & Skeel, J. Comput. Phys.
+/// 109, 1993). So a step has at most two sub-steps: ω times it is at most 3, 1.5 times 2/ω. Four
+/// and eight fed energy into a damped stay on a sheet.
+pub(super) const UNTIL_RESONANCE: f64 = 1.5;
+
+/// Two rates are offered where they are predicted to gain at least this much.
+const WORTH: f64 = 1.3;
+
+/// Parts in two groups, by the names of their groups.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Rates {
+    pub stiff: Vec<String>,
+    pub rest: Vec<String>,
+    /// Stable steps of leapfrog of the two, s.
+    pub inner: f64,
+    pub outer: f64,
+    /// Step of the run (s), and of the stiff parts in it.
+    pub step: f64,
+    pub substeps: u32,
+    /// Predicted time of leapfrog over that of the two rates.
+    pub gain: f64,
+}
+
+impl Maker<'_> {
+    /// The best two groups there are; none where all parts vibrate alike. A given `step` (s) is kept.
+    pub(super) fn rates(&self, step: Option<f64>) -> Option<Rates> {
+        let bounds = &self.advice.bounds;
+        let mut cuts: Vec<f64> = bounds.iter().map(|bound| bound.step).collect();
+        cuts.sort_by(f64::total_cmp);
+        cuts.dedup();
+        let inner = *cuts.first()?;
+        let all = self.advice.bounds.iter().map(|bound| bound.domain.clone());
+        let leap = self.step_cost(&all.collect::<Vec<String>>(), None) / (NET_SHARE * inner);
+        let of = |outer: &f64| {
+            let names = |stiff: bool| {
+                let own = bounds.iter().filter(move |bound| (bound.step < *outer) == stiff);
+                own.map(|bound| bound.domain.clone()).collect::<Vec<String>>()
+            };
+            let step = step.unwrap_or((NET_SHARE * outer).min(UNTIL_RESONANCE * inner));
+            let substeps = (step / (NET_SHARE * inner) * (1.0 - 1e-9)).ceil().max(1.0);
+            let stiff = names(true);
+            let cost = self.step_cost(&stiff, Some(substeps)) / step;
+            Rates {
+                rest: names(false),
+                stiff,
+                inner,
+                outer: *outer,
+                step,
+                substeps: substeps as u32,
+                gain: leap / cost,
+            }
+        };
+        cuts[1..].iter().map(of).filter(|rates| rates.substeps > 1).max_by(|a, b| a.gain.total_cmp(&b.gain))
+    }
+
+    /// Says what two rates would gain under the resonances of the stiff parts. `auto` does not take them: its books close less
+    /// well where stiff lines go slack and taut.
+    pub(super) fn note_worthy_rates(&mut self) {
+        if let Some(rates) = self.rates(None).filter(|rates| rates.gain >= WORTH) {
+            self.advice.notes.push(format!(
+                "`multirate` with a step of {:.4} us would take 1/{:.1} of the time of leapfrog",
+                rates.step * 1e6,
+                rates.gain
+            ));
+        }
+    }
+
+    /// Predicted time of a step (s): of leapfrog, or of one in which the groups `stiff` take sub-steps.
+    fn step_cost(&self, stiff: &[String], substeps: Option<f64>) -> f64 {
+        let (mut all, mut own) = ((0.0, 0.0), (0.0, 0.0));
+        for piece in &self.pieces {
+            let domain = &self.body.domains[piece.domain.0 as usize];
+            let (nodes, time) = (f64::from(domain.nodes), cost::elements(&domain.recipe) * f64::from(domain.nodes));
+            all = (all.0 + nodes, all.1 + time);
+            if stiff.contains(&group_name(&domain.name)) {
+                own = (own.0 + nodes, own.1 + time);
+            }
+        }
+        match substeps {
+            None => cost::leapfrog_step(all),
+            Some(substeps) => cost::multirate_step(all, own, substeps),
+        }
+    }
+
+    /// Writes the stiff parts into the plan, and what each group does to its advice.
+    pub(super) fn take_rates(&mut self, rates: &Rates) {
+        let ties = self.body.joins.iter().filter_map(|join| match join {
+            Join::Hold { name, .. } => Some(name.clone()),
+            Join::Weld { name, .. } | Join::Sew { name, .. } if rates.stiff.contains(&group_name(name)) => {
+                Some(name.clone())
+            }
+            _ => None,
+        });
+        let ties: Vec<String> = ties.collect();
+        let domains = self.pieces.iter().map(|piece| self.body.domains[piece.domain.0 as usize].name.clone());
+        self.body.stiff = domains.filter(|name| rates.stiff.contains(&group_name(name))).chain(ties).collect();
+        let (step, substeps) = (rates.step, rates.substeps);
+        let list = |names: &[String]| names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+        self.advice.notes.push(format!(
+            "two rates: {} in steps of {:.4} us, {} in {substeps} sub-steps of {:.4} us each; leapfrog would take {:.1} times as long",
+            list(&rates.rest),
+            step * 1e6,
+            list(&rates.stiff),
+            step / f64::from(substeps) * 1e6,
+            rates.gain
+        ));
+    }
+}
