@@ -1,4 +1,5 @@
-//! Lists the files of the standard library, so that adding one needs no second edit.
+//! Lists the files of the standard library, so that adding one needs no second edit, and tells a build that leaves out the
+//! flags of `.cargo/config.toml`.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -6,6 +7,7 @@ use std::{env, fs, io};
 
 fn main() -> io::Result<()> {
     println!("cargo:rerun-if-changed=stdlib");
+    tell_missing_flags();
     let root = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default()).join("stdlib");
     let mut files = Vec::new();
     collect(&root, &mut files)?;
@@ -18,6 +20,16 @@ fn main() -> io::Result<()> {
     text.push_str("];\n");
     let out = PathBuf::from(env::var_os("OUT_DIR").unwrap_or_default()).join("stdlib.rs");
     fs::write(out, text)
+}
+
+/// Flags from the environment, and builds started in another folder, leave out those of `.cargo/config.toml`.
+fn tell_missing_flags() {
+    println!("cargo:rerun-if-env-changed=CARGO_ENCODED_RUSTFLAGS");
+    let optimised = env::var("OPT_LEVEL").is_ok_and(|level| level != "0");
+    let flags = env::var("CARGO_ENCODED_RUSTFLAGS").unwrap_or_default();
+    if optimised && !flags.contains("no-vectorize-slp") {
+        println!("cargo:warning=built without `-C no-vectorize-slp`: results may be wrong, see .cargo/config.toml");
+    }
 }
 
 fn collect(folder: &Path, files: &mut Vec<PathBuf>) -> io::Result<()> {
