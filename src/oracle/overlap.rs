@@ -2,10 +2,12 @@
 //! support functions. Any direction gives an upper bound, so the answer never understates a depth, and one direction
 //! with a negative sum proves the pieces apart.
 
+use std::f64::consts::{FRAC_PI_4, TAU};
+
 use glam::{DQuat, DVec3};
 use parry3d_f64::bounding_volume::Aabb;
 
-use super::shape::reach;
+use super::shape::{reach, side_normal};
 use crate::geometry::Solid;
 
 /// A straight stretch of a yarn: the hull of the elliptic sections at its two ends.
@@ -107,8 +109,34 @@ pub(super) fn least(a: &Piece, b: &Piece) -> f64 {
         }
         best = best.min(descend(&overlap, u, value));
     }
+    best.min(beside(a, b))
+}
+
+/// The least overlap along the normals of the round side of `b`, m; infinite where it has none.
+fn beside(a: &Piece, b: &Piece) -> f64 {
+    let Piece::Body { solid, back, .. } = b else { return f64::INFINITY };
+    let overlap = |angle: f64| match side_normal(solid, angle) {
+        Some(normal) => {
+            let u = back.inverse() * normal;
+            a.reach(-u) + b.reach(u)
+        }
+        None => f64::INFINITY,
+    };
+    let apart = TAU / f64::from(SIDES);
+    let tried = (0..SIDES).map(|k| (overlap(apart * f64::from(k)), apart * f64::from(k)));
+    let (mut best, mut at) = tried.min_by(|p, q| p.0.total_cmp(&q.0)).unwrap_or((f64::INFINITY, 0.0));
+    let mut step = 0.5 * apart;
+    while best >= 0.0 && best.is_finite() && step > 1e-6 {
+        match [at - step, at + step].map(|angle| (overlap(angle), angle)).into_iter().find(|tried| tried.0 < best) {
+            Some(better) => (best, at) = better,
+            None => step *= 0.5,
+        }
+    }
     best
 }
+
+/// Normals of a round side that are tried first.
+const SIDES: u32 = 32;
 
 /// As [`least_overlap`] for two stretches of one yarn, which may come as near as `chord` (m) where their sections together
 /// reach farther.
@@ -147,35 +175,72 @@ fn starts(a: &Piece, b: &Piece) -> [(f64, DVec3); 7] {
     tried
 }
 
-/// Pattern search on the sphere: tries steps in eight tangent directions, halves when none helps.
+/// Pattern search on the sphere: tries steps in eight tangent directions; where none helps, the directions are turned, and
+/// after [`TURNS`] of that the steps are halved. Turning matters: the least overlap with a cone, a cylinder or a box lies on a
+/// crease of its support function, which only steps along the crease follow (Audet & Dennis, SIAM J. Optim. 17, 2006).
 fn descend(overlap: &impl Fn(DVec3) -> f64, mut u: DVec3, mut value: f64) -> f64 {
-    const DIAGONAL: f64 = std::f64::consts::FRAC_1_SQRT_2;
-    const WAYS: [(f64, f64); 8] = [
-        (1.0, 0.0),
-        (-1.0, 0.0),
-        (0.0, 1.0),
-        (0.0, -1.0),
-        (DIAGONAL, DIAGONAL),
-        (-DIAGONAL, DIAGONAL),
-        (DIAGONAL, -DIAGONAL),
-        (-DIAGONAL, -DIAGONAL),
-    ];
     let mut step = 0.25;
+    let mut failed = 0;
     while step > 1e-5 && value >= 0.0 {
         let e = u.any_orthonormal_vector();
         let f = u.cross(e);
         let mut better = None;
-        for (x, y) in WAYS {
-            let trial = (u + step * (x * e + y * f)).normalize();
+        for way in 0..8 {
+            let angle = FRAC_PI_4 * (f64::from(way) + f64::from(failed) / f64::from(TURNS));
+            let (sin, cos) = (libm::sin(angle), libm::cos(angle));
+            let trial = (u + step * (cos * e + sin * f)).normalize();
             let at = overlap(trial);
             if at < better.map_or(value, |(least, _)| least) {
                 better = Some((at, trial));
             }
         }
         match better {
-            Some((at, trial)) => (value, u) = (at, trial),
-            None => step *= 0.5,
+            Some((at, trial)) => ((value, u), failed) = ((at, trial), 0),
+            None if failed + 1 < TURNS => failed += 1,
+            None => (step, failed) = (0.5 * step, 0),
         }
     }
     value
+}
+
+/// Turns of the eight directions before the steps are halved.
+const TURNS: u32 = 6;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Flat tubes that lie across the side of a cone, turned about themselves: the least direction is one of the side's
+    /// normals, a crease of the cone's support function. Those are searched one by one.
+    #[test]
+    fn the_least_overlap_is_found_on_a_crease() {
+        let (thin, wide, half) = (0.1, 0.25, 0.125);
+        let solid = Solid::Cone { radius: 2.0, height: 8.0 };
+        let mut pressed = 0;
+        for k in 0..200 {
+            let share = |a: f64| (f64::from(k) * a).fract();
+            let round = DQuat::from_rotation_z(6.3 * share(0.819_172_5));
+            let height = 3.0 + 2.8 * share(0.671_043_6);
+            let normal = round * DVec3::new(1.0, 0.0, 0.25).normalize();
+            let foot = round * DVec3::new(0.25 * (6.0 - height), 0.0, height);
+            let along = DQuat::from_axis_angle(normal, share(0.549_700_5) - 0.5) * (round * DVec3::Y);
+            let thickness_axis = DQuat::from_axis_angle(along, 3.0 * share(0.237_118_1)) * normal;
+            let middle = foot + (thin + 0.6 * (wide - thin) * share(0.414_213_6)) * normal + 0.05 * along;
+            let tube = Tube {
+                ends: [middle - half * along, middle + half * along],
+                thickness_axis: [thickness_axis; 2],
+                half_thickness: [thin; 2],
+                half_width: [wide; 2],
+            };
+            let (a, b) = (Piece::tube(&tube), Piece::body(&solid, DVec3::ZERO, DQuat::IDENTITY));
+            let side = |i: u32| DQuat::from_rotation_z(1e-4 * f64::from(i)) * DVec3::new(-1.0, 0.0, -0.25).normalize();
+            let least_side = (0..62_832).map(|i| a.reach(side(i)) + b.reach(-side(i))).fold(f64::INFINITY, f64::min);
+            if least_side > 0.0 {
+                pressed += 1;
+                let found = least(&a, &b);
+                assert!(found <= least_side * (1.0 + 1e-3) + 1e-6, "{k}: {found} where a side has {least_side}");
+            }
+        }
+        assert!(pressed > 50, "{pressed}");
+    }
 }

@@ -95,6 +95,17 @@ pub fn reach(solid: &Solid, u: DVec3) -> f64 {
     }
 }
 
+/// Outward unit normal of a shape's round side at an angle about its axis, where all points of a line share it: a crease of
+/// [`reach`], on which an overlap with a side is least. None for shapes without such a side.
+pub fn side_normal(solid: &Solid, angle: f64) -> Option<DVec3> {
+    let slope = match solid {
+        Solid::Cone { radius, height } => radius / height,
+        Solid::Cylinder { .. } | Solid::Fsp(_) => 0.0,
+        _ => return None,
+    };
+    Some(DVec3::new(libm::cos(angle), libm::sin(angle), slope).normalize())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
