@@ -1,10 +1,10 @@
 //! Which parts of a net are stiff enough to take steps of their own, and what that gains.
 
+use crate::plan::told::time;
 use crate::plan::{Join, cost};
 
-use super::{Maker, group_name};
-
 use super::scheme::NET_SHARE;
+use super::{Maker, group_name};
 
 /// An impulse every π/ω or later can be in step with a vibration of the stiff parts (Biesiadecki & Skeel, J. Comput. Phys.
 /// 109, 1993). So a step has at most two sub-steps: ω times it is at most 3, 1.5 times 2/ω. Four
@@ -66,8 +66,8 @@ impl Maker<'_> {
     pub(super) fn note_worthy_rates(&mut self) {
         if let Some(rates) = self.rates(None).filter(|rates| rates.gain >= WORTH) {
             self.advice.notes.push(format!(
-                "`multirate` with a step of {:.4} us would take 1/{:.1} of the time of leapfrog",
-                rates.step * 1e6,
+                "`multirate` with a step of {} would take 1/{:.1} of the time of leapfrog",
+                time(rates.step),
                 rates.gain
             ));
         }
@@ -105,11 +105,11 @@ impl Maker<'_> {
         let (step, substeps) = (rates.step, rates.substeps);
         let list = |names: &[String]| names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
         self.advice.notes.push(format!(
-            "two rates: {} in steps of {:.4} us, {} in {substeps} sub-steps of {:.4} us each; leapfrog would take {:.1} times as long",
+            "two rates: {} in steps of {}, {} in {substeps} sub-steps of {} each; leapfrog would take {:.1} times as long",
             list(&rates.rest),
-            step * 1e6,
+            time(step),
             list(&rates.stiff),
-            step / f64::from(substeps) * 1e6,
+            time(step / f64::from(substeps)),
             rates.gain
         ));
     }

@@ -37,8 +37,12 @@ impl Stepping {
         if self.equilibrium {
             return Some("a static run of sheets and lines knows no contact yet");
         }
-        // It takes steps of its own within a step; contact corrects whole ones.
-        matches!(self.scheme, Some(Scheme::Embedded { .. })).then_some("`adaptive` knows no contact yet")
+        // They take steps of their own within a step; contact corrects whole ones.
+        match self.scheme {
+            Some(Scheme::Embedded { .. }) => Some("`adaptive` knows no contact yet"),
+            Some(Scheme::Multirate { .. }) => Some("`multirate` knows no contact yet"),
+            _ => None,
+        }
     }
 }
 
