@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::features::Element;
 use super::law::ClothSide;
 use super::narrow::{nearest, row};
-use super::nearby::Berth;
+use super::nearby::{Berth, Nearby};
 use super::reference::mean;
 use super::rows::{Key, Rigid};
 use super::shapes::{Pose, element_near};
@@ -75,29 +75,19 @@ impl ClothContact {
             let at = (0..4).map(|k| x[k] * near.weights[k].max(0.0)).sum();
             note(self.laws.rules[pair.rule as usize].between, depth, at, known.insert(row.key));
         }
-        for near in &self.nearby {
-            let b = near.body as usize;
-            let pose = Pose { position: bodies.position[b], turn: bodies.turn[b] };
+        self.each_near_body(position, bodies, &held, |near, distance, at| {
             let thickness = self.features.half_thickness[near.part as usize];
-            for listed in &near.elements {
-                let element = &self.features.elements[listed.id as usize];
-                if element.corners().iter().any(|n| held(*n)) {
-                    continue;
-                }
-                let x = element.nodes.map(|n| pose.local(position[n as usize]));
-                let found = element_near(x, element.is_face(), &bodies.solids[b]);
-                let depth = thickness - found.near.distance;
-                if depth > least(thickness) {
-                    let at = pose.place((0..3).map(|k| x[k] * found.weights[k]).sum());
-                    note([ClothSide::Part(near.part), ClothSide::Body(near.body)], depth, at, true);
-                }
+            let depth = thickness - distance;
+            if depth > least(thickness) {
+                note([ClothSide::Part(near.part), ClothSide::Body(near.body)], depth, at, true);
             }
-        }
+        });
         found
     }
 
-    /// The deepest element in a body, or else the first place where an edge goes through a face, or where two parts lie in one
-    /// place, or else the deepest of bodies in each other, with the net at `position` (m). Elements with a node that `held` tells of are left out: they hang on what they are in.
+    /// The deepest element in a body, or else the first place where an edge goes through a face, or where two parts lie in
+    /// one place, or else the deepest of bodies in each other, with the net at `position` (m). Elements with a node that
+    /// `held` tells of are left out: they hang on what they are in.
     pub fn tangled(&mut self, position: &[DVec3], bodies: &Bodies, held: impl Fn(u32) -> bool) -> Option<Tangle> {
         if self.laws.rules.is_empty() {
             return None;
@@ -130,6 +120,23 @@ impl ClothContact {
         }
         (0..rigid.len()).for_each(|b| self.list_nearby(b));
         let mut deepest: Option<Tangle> = None;
+        self.each_near_body(position, bodies, held, |near, distance, place| {
+            if -distance > deepest.map_or(0.0, |d| d.depth) {
+                let between = [ClothSide::Part(near.part), ClothSide::Body(near.body)];
+                deepest = Some(Tangle { between, depth: -distance, together: false, place });
+            }
+        });
+        deepest
+    }
+
+    /// The elements listed near bodies: the signed distance of their middle surface (m), and their place that is nearest.
+    fn each_near_body(
+        &self,
+        position: &[DVec3],
+        bodies: &Bodies,
+        held: &impl Fn(u32) -> bool,
+        mut with: impl FnMut(&Nearby, f64, DVec3),
+    ) {
         for near in &self.nearby {
             let b = near.body as usize;
             let pose = Pose { position: bodies.position[b], turn: bodies.turn[b] };
@@ -140,15 +147,10 @@ impl ClothContact {
                 }
                 let x = element.nodes.map(|n| pose.local(position[n as usize]));
                 let found = element_near(x, element.is_face(), &bodies.solids[b]);
-                let depth = -found.near.distance;
-                if depth > deepest.map_or(0.0, |d| d.depth) {
-                    let place = pose.place((0..3).map(|k| x[k] * found.weights[k]).sum());
-                    let between = [ClothSide::Part(near.part), ClothSide::Body(near.body)];
-                    deepest = Some(Tangle { between, depth, together: false, place });
-                }
+                let place = pose.place((0..3).map(|k| x[k] * found.weights[k]).sum());
+                with(near, found.near.distance, place);
             }
         }
-        deepest
     }
 
     /// Places of two parts that coincide have no side on which the other lies.
