@@ -121,10 +121,14 @@ impl<'t> Split<'t> {
         (at..end).find(|i| self.tokens[*i].is_code())
     }
 
-    /// The title of the file: the first `///` lines, if a blank line or the end of the file follows them. Gives also the
-    /// token to go on from.
+    /// The title of the file: the first `///` lines, if a blank line or the end of the file follows them. Semicolons before
+    /// them part nothing, and formatting drops them. Gives also the token to go on from.
     pub fn title(&self) -> (Option<Doc>, usize) {
-        let first = self.tokens.iter().position(|token| token.is_code() || token.kind == TokenKind::Doc);
+        let first = self.tokens.iter().position(|token| match token.kind {
+            TokenKind::Doc => true,
+            TokenKind::Semicolon => false,
+            _ => token.is_code(),
+        });
         let Some(start) = first.filter(|i| self.tokens[*i].kind == TokenKind::Doc) else { return (None, 0) };
         let (doc, end) = self.doc_lines(start);
         // `end` is behind the line end of the last `///`.
