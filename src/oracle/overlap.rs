@@ -243,4 +243,44 @@ mod tests {
         }
         assert!(pressed > 50, "{pressed}");
     }
+
+    /// Tapered tubes that cross and overlap by no more than the thinnest end's half-thickness: the least direction is on a crease
+    /// of each, and no direction of many shows less.
+    #[test]
+    fn no_direction_of_many_shows_less_than_was_found() {
+        let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+        let count = 20_000;
+        let directions: Vec<DVec3> = (0..count)
+            .map(|i| {
+                let (z, turn) = (1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(count), golden * f64::from(i));
+                let flat = (1.0 - z * z).sqrt();
+                DVec3::new(flat * libm::cos(turn), flat * libm::sin(turn), z)
+            })
+            .collect();
+        let mut pressed = 0;
+        for k in 0..300 {
+            let share = |a: f64| (f64::from(k) * a).fract();
+            let tube = |turn: f64, lean: f64, roll: f64, middle: DVec3, sections: [f64; 2]| {
+                let along = DQuat::from_rotation_z(turn) * DQuat::from_rotation_y(lean) * DVec3::X;
+                Tube {
+                    ends: [middle - 0.125 * along, middle + 0.125 * along],
+                    thickness_axis: [0.0, 0.4].map(|more| DQuat::from_axis_angle(along, roll + more) * DVec3::Z),
+                    half_thickness: sections,
+                    half_width: sections.map(|b| 0.02 / b),
+                }
+            };
+            let a = tube(6.3 * share(0.819_172_5), 0.0, 3.0 * share(0.671_043_6), DVec3::ZERO, [0.1, 0.06]);
+            let up = DVec3::new(0.03, 0.02, 0.16 + 0.14 * share(0.549_700_5));
+            let b =
+                tube(6.3 * share(0.237_118_1), 0.5 * share(0.414_213_6), 3.0 * share(0.732_050_8), up, [0.08, 0.12]);
+            let (p, q) = (Piece::tube(&a), Piece::tube(&b));
+            let shown = directions.iter().map(|u| p.reach(*u) + q.reach(-*u)).fold(f64::INFINITY, f64::min);
+            if shown > 0.0 && shown < 0.06 {
+                pressed += 1;
+                let found = least(&p, &q);
+                assert!(found <= shown, "{k}: {found} where a direction shows {shown}");
+            }
+        }
+        assert!(pressed > 50, "{pressed}");
+    }
 }
