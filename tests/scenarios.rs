@@ -1,5 +1,5 @@
-//! Every scenario at its quick size, as a user would run it: its run goes to its end and its `expect`s hold. The scenes of
-//! `scenarios/design` ask for more than runs today and are only checked.
+//! Every scenario at its quick size, as a user would run it: its run goes to its end, its `expect`s hold, and its energy
+//! books close to 1e-3. The scenes of `scenarios/design` ask for more than runs today and are only checked.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

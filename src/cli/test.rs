@@ -1,4 +1,5 @@
-//! `ripstop test`: runs scenes at their quick sizes and judges their `expect`s, like a test runner.
+//! `ripstop test`: runs scenes at their quick sizes and judges their `expect`s and their energy books, like a test
+//! runner.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -6,7 +7,7 @@ use std::time::Instant;
 use clap::Args;
 
 use crate::diagnostics::{Diagnostic, Sources, render};
-use crate::results::Check;
+use crate::results::{CLOSURE_AIM, Check};
 use crate::scene::{ItemBody, Program};
 
 use super::Outcome;
@@ -87,6 +88,11 @@ fn judge(file: &Path, arguments: &Arguments) -> Verdict {
             broken.push(format!("{case}stopped early: {}", halt.message));
         }
         broken.extend(failed(&ran.summary.checks, &case));
+        let closure = ran.summary.energy.closure;
+        // A closure that is no number is over the aim too.
+        if !(closure <= CLOSURE_AIM) {
+            broken.push(format!("{case}the energy books close to {closure:.1e} only (aim {CLOSURE_AIM:.0e})"));
+        }
     });
     broken.extend(failed(&across, "over cases: "));
     if temporary {

@@ -21,4 +21,4 @@ pub mod vtu;
 
 pub use folder::Folder;
 pub use recorder::{Recorder, read_checkpoint};
-pub use summary::{Check, Summary};
+pub use summary::{CLOSURE_AIM, Check, Summary};

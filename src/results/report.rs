@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::progress::{seconds, significant};
-use super::summary::{Check, ClothCost, Penetration, Summary};
+use super::summary::{CLOSURE_AIM, Check, ClothCost, Penetration, Summary};
 
 /// The table, with a newline at its end.
 pub fn table(summary: &Summary) -> String {
@@ -19,7 +19,10 @@ pub fn table(summary: &Summary) -> String {
     row("step", format!("{}, set by {}", seconds(summary.step), summary.step_set_by));
     row("speed", format!("{} node-steps/s ({} nodes)", large(summary.node_steps_per_second), grouped(summary.nodes)));
     let energy = &summary.energy;
-    row("energy closure", format!("{:.1e} of {} exchanged (aim 1e-3)", energy.closure, joules(energy.exchanged)));
+    row(
+        "energy closure",
+        format!("{:.1e} of {} exchanged (aim {CLOSURE_AIM:.0e})", energy.closure, joules(energy.exchanged)),
+    );
     let contact = &summary.contact;
     if contact.candidates > 0 || contact.contacts > 0 {
         let per_step = |n: u64| significant(n as f64 / summary.steps.max(1) as f64);

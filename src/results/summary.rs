@@ -54,6 +54,9 @@ pub struct Summary {
     pub files: Vec<String>,
 }
 
+/// What the books of a scene should leave unexplained at most, over the energy exchanged.
+pub const CLOSURE_AIM: f64 = 1e-3;
+
 /// J; closure is a ratio.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Energy {

@@ -143,16 +143,83 @@ pub fn springs_relaxation(mesh: &SheetMesh, law: &FabricLaw, groups: &[grid::Spr
     if squared > 0.0 { 2.0 * law.damping / squared.sqrt() } else { 0.0 }
 }
 
-/// Of a line: 2/L·√(EA/ρ) of its shortest segment, which holds at any strain under 1.
-pub fn line_bound(rest_length: &[f64], law: &CordLaw) -> Bound {
+/// What a node of a line shows beside the line's own mass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Laden {
+    /// More mass, kg.
+    Mass(f64),
+    /// It does not move.
+    Held,
+}
+
+/// Of a line, that of its segment whose ends move fastest against each other, ω² = EA/L·(1/m + 1/m'), where a node's mass
+/// goes half to each of its segments: 2/L·√(EA/ρ) inside, which holds at any strain under 1. `laden` are its nodes with
+/// more on them than the line, some more than once.
+pub fn line_bound(rest_length: &[f64], law: &CordLaw, laden: &[(u32, Laden)]) -> Bound {
     let mut bound = Bound::default();
     let speed = (law.stiffness / law.linear_density).sqrt();
+    let last = rest_length.len() as u32;
+    // 1/m of the share of an end that a segment has.
+    let inverse = |rest: f64, node: u32| {
+        let share = if node == 0 || node == last { 1.0 } else { 0.5 };
+        let on_it = laden.iter().filter(|(at, _)| *at == node).map(|(_, laden)| laden);
+        let mass = on_it.fold(0.5 * law.linear_density * rest, |mass, laden| match laden {
+            Laden::Mass(more) => mass + share * more,
+            Laden::Held => f64::INFINITY,
+        });
+        1.0 / mass
+    };
     for (segment, rest) in rest_length.iter().enumerate() {
-        let omega = 2.0 * speed / rest;
-        bound.relaxation = bound.relaxation.max(2.0 * law.damping / omega);
+        let own = 2.0 * speed / rest;
+        bound.relaxation = bound.relaxation.max(2.0 * law.damping / own);
+        let node = segment as u32;
+        let omega = match laden {
+            [] => own,
+            _ => (law.stiffness / rest * (inverse(*rest, node) + inverse(*rest, node + 1))).sqrt(),
+        };
         if omega > bound.omega {
-            (bound.omega, bound.element) = (omega, segment as u32);
+            (bound.omega, bound.element) = (omega, node);
         }
     }
     bound
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::OriginId;
+
+    fn cord() -> CordLaw {
+        let (stiffness, linear_density) = (2.0e4, 1e-3);
+        CordLaw {
+            name: "rod".into(),
+            linear_density,
+            stiffness,
+            tension_only: false,
+            damping: 0.0,
+            strength: None,
+            origin: OriginId(0),
+        }
+    }
+
+    /// A bob of 3 kg on a rod of one segment swings along it at √(EA/L/m), with half of the rod's mass on the bob.
+    #[test]
+    fn a_bob_on_one_segment_has_its_own_frequency() {
+        let exact = (2.0e4_f64 / 0.5 / (3.0 + 0.5 * 0.5e-3)).sqrt();
+        let bound = line_bound(&[0.5], &cord(), &[(0, Laden::Held), (1, Laden::Mass(3.0))]);
+        assert!((bound.omega / exact - 1.0).abs() < 1e-12, "{} of {exact}", bound.omega);
+    }
+
+    /// Two segments, held above, with a bob below: ω² are the roots of m·M·λ² − k(m + 2M)·λ + k² = 0.
+    #[test]
+    fn the_bound_of_two_segments_is_safe() {
+        for bob in [1e-6, 1e-4, 1e-3, 1.0] {
+            let (k, m, end) = (2.0e4 / 0.5, 0.5e-3, bob + 0.25e-3);
+            let (a, b, c): (f64, f64, f64) = (m * end, k * (m + 2.0 * end), k * k);
+            let highest = ((b + (b * b - 4.0 * a * c).sqrt()) / (2.0 * a)).sqrt();
+            let bound = line_bound(&[0.5, 0.5], &cord(), &[(0, Laden::Held), (2, Laden::Mass(bob))]).omega;
+            let bare = line_bound(&[0.5, 0.5], &cord(), &[]).omega;
+            assert!(highest <= bound && bound <= bare, "{highest} ≤ {bound} ≤ {bare} with {bob} kg");
+        }
+    }
 }

@@ -25,7 +25,7 @@ mod tangent;
 mod tests;
 
 pub use bending::Patch;
-pub use bound::{Bound, line_bound, line_mass, lumped_mass, sheet_bound};
+pub use bound::{Bound, Laden, line_bound, line_mass, lumped_mass, sheet_bound};
 pub use build::Builder;
 pub use elements::{Elements, KickView, Kicked};
 pub use epochs::Corrected;

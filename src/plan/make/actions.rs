@@ -155,7 +155,7 @@ impl Maker<'_> {
     }
 
     /// The nodes of a term, by domain.
-    fn term_nodes(&self, term: &SelectionTerm) -> Result<Vec<(u32, Vec<u32>)>, Box<Diagnostic>> {
+    pub(super) fn term_nodes(&self, term: &SelectionTerm) -> Result<Vec<(u32, Vec<u32>)>, Box<Diagnostic>> {
         let item = self.scene.item(term.item);
         if let Some(nodes) = self.net_nodes(term) {
             return nodes;

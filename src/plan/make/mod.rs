@@ -14,6 +14,7 @@ mod joins;
 mod lines;
 mod materials;
 mod net;
+mod net_bounds;
 mod net_contact;
 mod net_nodes;
 mod net_passes;

@@ -125,7 +125,7 @@ impl Maker<'_> {
             Form::Sheet { mesh, law } => (net::lumped_mass(mesh, law), net::sheet_bound(mesh, law).omega),
             Form::Line { path, law } => {
                 let mass = net::line_mass(&path.rest_length, path.position.len(), law);
-                (mass, net::line_bound(&path.rest_length, law).omega)
+                (mass, net::line_bound(&path.rest_length, law, &[]).omega)
             }
             Form::Point(_) => match &self.body.domains[piece.domain.0 as usize].recipe {
                 crate::plan::Recipe::Points(points) => (points.iter().map(|point| point.mass).collect(), 0.0),
