@@ -96,10 +96,13 @@ pub struct NetView<'a> {
     pub before: &'a [DVec3],
     pub after: &'a [DVec3],
     pub rest: &'a [DVec3],
-    /// What can touch, the domain of each, and the pairs of sides that the scene lets touch.
+    /// What can touch, the domain of each, and the pairs of sides that the scene lets touch. Yarns that the net meets stand
+    /// behind its nodes.
     pub parts: &'a [Part],
     pub domains: &'a [DomainId],
     pub between: &'a [[ClothSide; 2]],
+    /// Changes with the parts, where segments are cut or break.
+    pub epoch: u64,
 }
 
 /// What a verifying hook answers.

@@ -28,6 +28,8 @@ type Pose = (DVec3, DQuat);
 pub(super) struct ClothOracle {
     settings: Settings,
     elements: Vec<Element>,
+    /// The net's when the elements were listed.
+    epoch: u64,
     last: Vec<DVec3>,
     last_bodies: Vec<Pose>,
     /// Mean path of all nodes since the start, m: what all do together closes no distance.
@@ -57,14 +59,19 @@ pub(super) struct Seen {
     pub compared: bool,
 }
 
+fn elements(net: &NetView<'_>) -> Vec<Element> {
+    let of_part = |(p, part): (usize, &crate::physics::contact::cloth::Part)| {
+        let segments = part.segments.iter().map(|&[a, b]| [a, b, b]);
+        let all = part.triangles.iter().copied().chain(segments);
+        all.map(|nodes| Element { nodes, part: p as u32 }).collect::<Vec<_>>()
+    };
+    net.parts.iter().enumerate().flat_map(of_part).collect()
+}
+
 impl ClothOracle {
     /// Takes the state before the step of `view`.
     pub fn starting(view: &StepView<'_>, net: &NetView<'_>, settings: Settings) -> Self {
-        let mut elements = Vec::new();
-        for (p, part) in net.parts.iter().enumerate() {
-            let all = part.triangles.iter().copied().chain(part.segments.iter().map(|&[a, b]| [a, b, b]));
-            elements.extend(all.map(|nodes| Element { nodes, part: p as u32 }));
-        }
+        let elements = elements(net);
         let thickest = net.parts.iter().map(|part| part.half_thickness).fold(0.0, f64::max);
         let size = |e: &Element| (net.before[e.nodes[1] as usize] - net.before[e.nodes[0] as usize]).length();
         let mean = elements.iter().map(size).sum::<f64>() / elements.len().max(1) as f64;
@@ -81,6 +88,7 @@ impl ClothOracle {
             whole_path: vec![0.0; elements.len()],
             body_until: vec![vec![f64::NEG_INFINITY; elements.len()]; view.bodies.solids.len()],
             sweeps: 0,
+            epoch: net.epoch,
             elements,
         };
         oracle.gather(net, net.before, DVec3::ZERO);
@@ -93,6 +101,15 @@ impl ClothOracle {
         let shift = net.after.iter().zip(&self.last).map(|(now, then)| *now - *then).sum::<DVec3>() / count;
         let drift = self.drift + shift;
         let limit = self.leash * self.leash;
+        if net.epoch != self.epoch {
+            self.epoch = net.epoch;
+            self.elements = elements(net);
+            let count = self.elements.len();
+            self.whole_path = vec![0.0; count];
+            self.body_until = vec![vec![f64::NEG_INFINITY; count]; self.body_until.len()];
+            self.body_path.fill(0.0);
+            self.gather(net, net.after, shift);
+        }
         let strayed = |(now, then): (&DVec3, &DVec3)| (*now - drift - *then).length_squared() >= limit;
         if net.after.iter().zip(&self.gathered).any(strayed) {
             self.gather(net, net.after, shift);
@@ -473,7 +490,7 @@ mod tests {
         let poses = placed(bodies);
         let chains = Chains::default();
         let domains = [DomainId(0), DomainId(1)];
-        let net = NetView { before, after, rest: before, parts, domains: &domains, between: &[between] };
+        let net = NetView { before, after, rest: before, parts, domains: &domains, between: &[between], epoch: 0 };
         let settings = Settings { overlap_every: 1, ..Settings::default() };
         let view = StepView {
             time: 1.0,

@@ -6,16 +6,35 @@ use super::blocks::Changes;
 use super::engine::Engine;
 use crate::backend::observe::HaltReason;
 use crate::physics::contact::{Contact, ContactMemory, ContactSettings, ContactStats};
-use crate::physics::rigid;
+use crate::physics::{Chains, rigid};
 
 /// Contact of one run: the solver, its last step, and the velocities that it was given.
 pub(super) struct Touch {
     solver: Contact,
-    last: ContactStats,
-    /// v* of nodes.
-    kicked: Vec<DVec3>,
+    pub(super) last: ContactStats,
     /// v* and spin* of bodies.
     bodies_kicked: Vec<(DVec3, DVec3)>,
+}
+
+impl Touch {
+    /// Overlaps up to this are left, m.
+    pub(super) fn tolerance(&self) -> f64 {
+        self.solver.tolerance()
+    }
+
+    /// Shapes of the sections (m) and their rates (m/s), to solve a step again; empty where nothing flattens.
+    pub(super) fn sections(&self, chains: &Chains) -> [Vec<f64>; 2] {
+        let rates = self.solver.section_rates().to_vec();
+        if rates.is_empty() { Default::default() } else { [chains.half_thickness.clone(), rates] }
+    }
+
+    /// Takes the sections back to how they were.
+    pub(super) fn recall_sections(&mut self, [shapes, rates]: &[Vec<f64>; 2], chains: &mut Chains) {
+        if !rates.is_empty() {
+            chains.half_thickness.copy_from_slice(shapes);
+            self.solver.set_section_rates(rates);
+        }
+    }
 }
 
 impl Engine<'_> {
@@ -27,26 +46,40 @@ impl Engine<'_> {
         if let Some(memory) = memory {
             solver.recall(memory);
         }
-        self.touch = Some(Touch {
-            solver,
-            last: ContactStats::default(),
-            kicked: Vec::with_capacity(self.chains.position.len()),
-            bodies_kicked: Vec::new(),
-        });
+        self.touch = Some(Touch { solver, last: ContactStats::default(), bodies_kicked: Vec::new() });
     }
 
-    /// v* → v⁺. Books Σ m(v⁺ − v*)·(v⁺ + v⁻)/2 on every part and body.
+    /// v* → v⁺ of yarns and bodies. Where the net has contact too, that solves both.
     pub(super) fn contact(&mut self) {
+        if self.net_touch.is_some() {
+            return;
+        }
         let Some(mut touch) = self.touch.take() else { return };
-        let h = self.h;
-        touch.kicked.clone_from(&self.chains.velocity);
+        self.yarns_kicked.clone_from(&self.chains.velocity);
         touch.bodies_kicked.clear();
         touch.bodies_kicked.extend(std::iter::zip(&self.bodies.velocity, &self.bodies.spin).map(|(v, w)| (*v, *w)));
-        touch.last = touch.solver.solve(h, &self.before, &mut self.chains, &mut self.bodies, self.pool.as_deref());
+        self.solve_yarns(&mut touch);
+        self.book_yarn_contact();
+        for (i, (v, w)) in touch.bodies_kicked.iter().enumerate() {
+            self.book_body_contact(i, *v, *w);
+        }
+        self.add_totals(&touch.last);
+        self.touch = Some(touch);
+    }
+
+    /// Corrects the velocities of yarns and bodies as they are.
+    pub(super) fn solve_yarns(&mut self, touch: &mut Touch) {
+        let pool = self.pool.as_deref();
+        touch.last = touch.solver.solve(self.h, &self.before, &mut self.chains, &mut self.bodies, pool);
+    }
+
+    /// Books Σ m(v⁺ − v*)·(v⁺ + v⁻)/2 on the yarns of every part.
+    pub(super) fn book_yarn_contact(&mut self) {
+        let h = self.h;
         for (part, account) in self.parts.iter_mut().zip(&mut self.ledger.accounts) {
             let changes = Changes {
                 before: &self.before,
-                kicked: &touch.kicked,
+                kicked: &self.yarns_kicked,
                 after: &self.chains.velocity,
                 mass: &self.chains.mass,
                 viscous: &self.viscous,
@@ -57,11 +90,6 @@ impl Engine<'_> {
             account.now.viscosity += h * booked.viscosity;
             account.now.gravity += h * booked.gravity;
         }
-        for (i, (v, w)) in touch.bodies_kicked.iter().enumerate() {
-            self.book_body_contact(i, *v, *w);
-        }
-        self.add_totals(&touch.last);
-        self.touch = Some(touch);
     }
 
     pub(super) fn book_body_contact(&mut self, i: usize, kicked: DVec3, kicked_spin: DVec3) {
@@ -77,7 +105,7 @@ impl Engine<'_> {
         self.ledger.accounts[self.parts.len() + i].now.contact += work;
     }
 
-    fn add_totals(&mut self, stats: &ContactStats) {
+    pub(super) fn add_totals(&mut self, stats: &ContactStats) {
         let totals = &mut self.contact_totals;
         totals.contacts += stats.pressed as u64;
         totals.candidates += stats.tested as u64;

@@ -40,6 +40,10 @@ pub struct Engine<'p> {
     /// 1/m and the inverse principal moments of bodies while nothing holds them.
     pub(super) free_body: Vec<(f64, DVec3)>,
     pub(super) touch: Option<Touch>,
+    /// v* of yarns, before any contact.
+    pub(super) yarns_kicked: Vec<DVec3>,
+    /// Room for steps in which yarns and net have contact.
+    pub(super) shared: [super::net::Shared; 3],
     pub(super) net_touch: Option<super::net::NetTouch>,
     pub(super) pool: Option<Arc<rayon::ThreadPool>>,
     pub(super) actions: Vec<Action>,
@@ -101,6 +105,8 @@ impl<'p> Engine<'p> {
             free_inverse_mass: chains.inverse_mass.clone(),
             free_body: std::iter::zip(&bodies.inverse_mass, &bodies.inverse_inertia).map(|(m, i)| (*m, *i)).collect(),
             touch: None,
+            yarns_kicked: Vec::new(),
+            shared: Default::default(),
             net_touch: None,
             pool: None,
             actions: Vec::new(),
@@ -132,6 +138,7 @@ impl<'p> Engine<'p> {
         engine.check_scheme()?;
         engine.actions = super::actions::actions(&engine)?;
         engine.open_tapes()?;
+        engine.prepare_net_contact()?;
         if let Some(state) = resume {
             engine.take_state(state)?;
         } else {

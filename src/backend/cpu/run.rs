@@ -282,6 +282,7 @@ impl<'e, 'p, 'o> Runner<'e, 'p, 'o> {
         engine.evaluate_tapes(true);
         self.seconds[6] += began.elapsed().as_secs_f64();
         if let Some(verify) = &mut self.verify {
+            engine.look_at_woven();
             let finding = verify(&StepView {
                 time: engine.time,
                 step: engine.step,

@@ -188,6 +188,21 @@ impl Contact {
         }
     }
 
+    /// Overlaps up to this are left, m.
+    pub fn tolerance(&self) -> f64 {
+        self.settings.tolerance
+    }
+
+    /// Rates of the sections' shapes by node, m/s; empty where nothing flattens.
+    pub fn section_rates(&self) -> &[f64] {
+        &self.sections.rate
+    }
+
+    /// Sets the rates of all sections, m/s.
+    pub fn set_section_rates(&mut self, rates: &[f64]) {
+        self.sections.rate.copy_from_slice(rates);
+    }
+
     /// Takes the damping of the sections away, for a run that seeks the state of rest by stopping all motion itself.
     pub fn glide(&mut self) {
         self.glides = true;

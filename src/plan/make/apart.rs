@@ -1,5 +1,4 @@
-//! Parts that hang together, and what could meet and has nothing yet that keeps it apart: sheets and yarns, and all of a
-//! static run.
+//! Parts that hang together, and what could meet and has nothing yet that keeps it apart: all of a run that knows no contact.
 
 use std::collections::BTreeMap;
 
@@ -19,8 +18,6 @@ pub(super) struct Whole {
     pub first: ItemId,
     pub name: String,
     pub cloth: bool,
-    /// Whether it is woven from yarns.
-    pub woven: bool,
     /// Its sheets, lines and points, in the plan's order.
     pub domains: Vec<DomainId>,
     /// Rigid bodies that hang in it.
@@ -28,23 +25,18 @@ pub(super) struct Whole {
 }
 
 impl Maker<'_> {
-    /// W0760 for every sheet that something could meet which contact does not keep away: yarns always, all where the
-    /// run knows no contact, for the reason given.
+    /// W0760 for every sheet that something could meet, where the run knows no contact for the reason given.
     pub(super) fn warn_of_passing_through(&mut self, unknown: Option<&'static str>) {
+        let Some(reason) = unknown else { return };
         if self.pieces.is_empty() || self.diagnostics.iter().any(Diagnostic::is_error) {
             return;
         }
         let origin = self.body.domains[self.pieces[0].domain.0 as usize].origin;
-        let is_unknown = unknown.is_some();
-        let reason = unknown.unwrap_or("contact of sheets and lines with yarns is not available yet");
         let wholes = self.wholes();
-        if is_unknown || wholes.iter().any(|whole| whole.woven) {
-            self.decide("contact", "sheets and lines", false, reason, vec![origin]);
-        }
+        self.decide("contact", "sheets and lines", false, reason, vec![origin]);
         for whole in wholes.iter().filter(|whole| whole.cloth) {
             let later = |other: &&Whole| other.first != whole.first && !(other.cloth && other.first < whole.first);
-            let unkept = |other: &&Whole| is_unknown || other.woven;
-            let names = wholes.iter().filter(later).filter(unkept).map(|other| format!("`{}`", other.name));
+            let names = wholes.iter().filter(later).map(|other| format!("`{}`", other.name));
             let mut others: Vec<String> = names.collect();
             others.dedup();
             if others.is_empty() {
@@ -118,7 +110,6 @@ impl Maker<'_> {
                 first: item,
                 name: group_name(&self.scene.item(item).name),
                 cloth: cloth(item),
-                woven: matches!(self.scene.item(item).body, ItemBody::Weave(_) | ItemBody::Strand(_)),
                 domains,
                 bodies: bodies.iter().copied().filter(|body| root(&up, *body) == item).collect(),
             }

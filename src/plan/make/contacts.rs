@@ -12,7 +12,7 @@ use super::net_contact::NetContacts;
 pub(super) struct Contacts {
     /// Of yarns with yarns and with bodies.
     pub yarns: Vec<ContactRule>,
-    /// Of sheets, lines and bodies.
+    /// Of sheets, lines and bodies, and of yarns with sheets and lines.
     pub net: Vec<ContactRule>,
     pub skins: Vec<NetSkin>,
 }
@@ -50,8 +50,9 @@ impl Maker<'_> {
             let reason = if boxed { "may touch; the body is taken as its box" } else { "may touch" };
             self.decide("contact", &subject, true, reason, vec![origin]);
         }
-        let (yarns, net_rules): (Vec<_>, Vec<_>) =
-            rules.into_iter().partition(|rule| matches!(rule.between[0], ContactSide::Chains(_)));
+        let of_net = |rule: &ContactRule| matches!(rule.between, [ContactSide::Net(_), _] | [_, ContactSide::Net(_)]);
+        let of_yarns = |rule: &ContactRule| matches!(rule.between[0], ContactSide::Chains(_)) && !of_net(rule);
+        let (yarns, net_rules): (Vec<_>, Vec<_>) = rules.into_iter().partition(of_yarns);
         Contacts { yarns, net: net_rules, skins: net.skins }
     }
 
@@ -144,7 +145,7 @@ impl Maker<'_> {
                 contact.between.span(),
                 "no contact between these is known",
             )
-            .note("Yarns touch yarns and bodies; sheets and lines touch each other and bodies; bodies touch bodies.");
+            .note("Yarns, sheets, lines and bodies touch each other; a body does not touch itself.");
             self.diagnostics.push(found);
         }
     }
@@ -190,11 +191,10 @@ fn side(place: Place) -> Option<ContactSide> {
     }
 }
 
-/// Chains before the net before bodies, by number; None where no contact is known: yarns with the net, one body twice.
+/// Chains before the net before bodies, by number; None for one body twice.
 fn ordered(a: ContactSide, b: ContactSide) -> Option<[ContactSide; 2]> {
     match (a, b) {
         (ContactSide::Body(a), ContactSide::Body(b)) if a == b => None,
-        (ContactSide::Chains(_), ContactSide::Net(_)) | (ContactSide::Net(_), ContactSide::Chains(_)) => None,
         _ => Some([a.min(b), a.max(b)]),
     }
 }

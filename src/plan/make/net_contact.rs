@@ -87,6 +87,7 @@ impl Maker<'_> {
         let bodies: Vec<ItemId> = self.rigid_items();
         let wholes = self.wholes();
         let mut pairs: Vec<([ContactSide; 2], ItemId)> = Vec::new();
+        let yarns = self.chain_domains();
         for (i, (item, side)) in contacts.sides.iter().enumerate() {
             let whole = wholes.iter().find(|whole| whole.first == *item);
             // A slack line hangs in a loop narrower than itself: it meets itself only where a `contact` asks for it.
@@ -94,6 +95,7 @@ impl Maker<'_> {
             for (_, other) in &contacts.sides[from..] {
                 pairs.push(([*side.min(other), *side.max(other)], *item));
             }
+            pairs.extend(yarns.iter().map(|domain| ([ContactSide::Chains(*domain), *side], *item)));
             for (index, body) in bodies.iter().enumerate() {
                 // What hangs on a body by its lines starts within it.
                 if !whole.is_some_and(|whole| whole.bodies.contains(body)) {
@@ -133,8 +135,12 @@ impl Maker<'_> {
         self.scene.ids().map(|(id, _)| id).filter(body).collect()
     }
 
-    /// The friction of a side's first fabric; a body takes the other side's.
+    /// The friction of a side's first fabric or first yarn; a body takes the other side's.
     fn own_friction(&self, side: ContactSide) -> Own {
+        if let ContactSide::Chains(domain) = side {
+            let laws = self.body.domains[domain.0 as usize].recipe.laws();
+            return laws.iter().find_map(|law| law.friction).map_or(Own::Slides, Own::Rubs);
+        }
         let ContactSide::Net(domain) = side else { return Own::Other };
         let whole = self.wholes().into_iter().find(|whole| whole.domains.first() == Some(&domain));
         let items = whole.iter().flat_map(|whole| &whole.domains).filter_map(|domain| self.piece(*domain));

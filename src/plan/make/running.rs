@@ -2,7 +2,7 @@
 
 use crate::diagnostics::Diagnostic;
 use crate::plan::{
-    Centre, Cost, DomainId, Field, Init, Kernel, OriginId, Pass, PassId, Precision, Recipe, Relation, Role,
+    Centre, ContactRule, Cost, DomainId, Field, Init, Kernel, OriginId, Pass, PassId, Precision, Recipe, Relation, Role,
 };
 use crate::scene::{How, Item, ItemBody, Run};
 
@@ -223,18 +223,27 @@ impl Maker<'_> {
         let Contacts { yarns: rules, net, skins } = self.contacts(known);
         self.refuse_overlapping_starts(&rules);
         let touches = !net.is_empty();
+        if rules.is_empty() && !touches {
+            self.decide("contact", "", false, "no two parts can touch", vec![origin]);
+        }
+        if !rules.is_empty() {
+            self.yarn_contact_passes(chains, rules, origin, order);
+        }
         if touches {
+            // Behind that of yarns, for it lets nothing through that its own rules name.
             let kernel = Kernel::NetContact { rules: net, skins };
             let reads = ["position", "velocity"];
             order.contact.push(self.pass("net_contact", kernel, &reads, &["velocity"], origin));
         }
-        if rules.is_empty() && touches {
-            return;
-        }
-        if rules.is_empty() {
-            self.decide("contact", "", false, "no two parts can touch", vec![origin]);
-            return;
-        }
+    }
+
+    fn yarn_contact_passes(
+        &mut self,
+        chains: &[DomainId],
+        rules: Vec<ContactRule>,
+        origin: OriginId,
+        order: &mut Order,
+    ) {
         let laws = chains.iter().flat_map(|id| self.body.domains[id.0 as usize].recipe.laws());
         let thinnest = laws.map(|law| law.half_thickness).fold(f64::INFINITY, f64::min);
         // A skin of half a half-thickness keeps candidates few and rebuilds rare: measured in benches/contact.rs.

@@ -1,6 +1,7 @@
 //! The net at run time: sheets, lines and points in one numbering, beside the yarn chains. It is stepped by the same
 //! kick and drift, or by a scheme that takes the whole step; bodies hang in it by anchors.
 
+mod both;
 mod bound;
 mod epochs;
 mod equilibrium;
@@ -19,9 +20,11 @@ mod seams;
 mod touch;
 mod unfold;
 mod whole;
+mod woven;
 
 use glam::DVec3;
 
+pub use both::Shared;
 pub use epochs::Cuts;
 pub use loads::{AirRun, CanopyRun};
 pub use numbering::Anchor;

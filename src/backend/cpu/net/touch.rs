@@ -3,12 +3,14 @@
 
 use glam::{DQuat, DVec3};
 
+use super::woven::{self, Woven};
 use super::{NetKind, NetRun};
 use crate::backend::cpu::Refusal;
 use crate::backend::cpu::actions::{Action, ActionKind};
 use crate::backend::cpu::engine::Engine;
 use crate::backend::observe::{HaltReason, NetView, StartOverlap};
 use crate::geometry::sheet;
+use crate::physics::Chains;
 use crate::physics::contact::cloth::{
     ClothContact, ClothContactStats, ClothMemory, ClothRule, ClothSettings, ClothSide, Features, Overlap, Part, Refused,
 };
@@ -23,6 +25,11 @@ pub struct NetTouch {
     /// What an oracle is told: parts, their domains, the pairs that touch, and the places of the material.
     parts: Vec<Part>,
     domains: Vec<DomainId>,
+    /// Segments of each part before any was cut, and how many breaks are taken into account.
+    segments: Vec<Vec<[u32; 2]>>,
+    breaks: u64,
+    /// Where yarns take part.
+    woven: Option<Woven>,
     between: Vec<[ClothSide; 2]>,
     rest: Vec<DVec3>,
     /// v* of nodes.
@@ -70,8 +77,8 @@ fn unfolded(plan: &Plan, net: &NetRun) -> Vec<DVec3> {
 }
 
 impl Engine<'_> {
-    /// Sets contact of the net up for the state as it stands; `memory` is a checkpoint's.
-    pub(in crate::backend::cpu) fn open_net_contact(&mut self, memory: Option<ClothMemory>) -> Result<(), Refusal> {
+    /// Sets contact of the net up for the first state of the run, in which the material lies as it was laid.
+    pub(in crate::backend::cpu) fn prepare_net_contact(&mut self) -> Result<(), Refusal> {
         let Some((rules, skins, origin)) = pass(self.plan) else { return Ok(()) };
         // The side that each part belongs to.
         let mut known: Vec<DomainId> = Vec::new();
@@ -84,6 +91,15 @@ impl Engine<'_> {
                 parts.push(part);
             }
         }
+        let first = self.net.count();
+        for domain in woven_sides(rules) {
+            for part in woven::parts(&self.chains, domain, first) {
+                known.push(domain);
+                domains.push(domain);
+                parts.push(part);
+            }
+        }
+        let with_yarns = woven_sides(rules).next().is_some();
         let thinnest = parts.iter().map(|part| part.half_thickness).fold(f64::INFINITY, f64::min);
         // Bodies alone have no thickness: their distances are kept to a millionth of the smallest.
         let smallest = self.bodies.solids.iter().map(|solid| solid.bounding_radius()).filter(|r| *r > 0.0);
@@ -93,12 +109,11 @@ impl Engine<'_> {
         }
         let parts_of = |side: ContactSide| -> Vec<ClothSide> {
             match side {
-                ContactSide::Net(domain) => {
+                ContactSide::Net(domain) | ContactSide::Chains(domain) => {
                     let its = (0..known.len()).filter(|at| known[*at] == domain);
                     its.map(|at| ClothSide::Part(at as u32)).collect()
                 }
                 ContactSide::Body(body) => vec![ClothSide::Body(body)],
-                ContactSide::Chains(_) => Vec::new(),
             }
         };
         // A rule of the plan holds for every pair of parts of its two sides.
@@ -122,25 +137,26 @@ impl Engine<'_> {
         }
         let refuse =
             |error: crate::physics::contact::cloth::FeatureError| Refusal::new(error.to_string(), Some(origin));
-        let rest = unfolded(self.plan, &self.net);
+        let mut rest = unfolded(self.plan, &self.net);
+        if with_yarns {
+            rest.extend_from_slice(&self.chains.position);
+        }
         let features = Features::new(&parts, rest.clone()).map_err(refuse)?;
         let mut settings = ClothSettings::for_half_thickness(thinnest);
         if parts.is_empty() {
             // A few rows between bodies are solved to the end for next to nothing.
             settings.tolerance = 1e-9 * thinnest;
         }
-        let mut solver = ClothContact::new(settings, features, &laws, &self.bodies);
-        match memory {
-            Some(memory) => solver.recall(memory),
-            None => self.refuse_tangled(&mut solver, &domains, settings.tolerance)?,
-        }
         self.net_touch = Some(NetTouch {
-            solver,
+            solver: ClothContact::new(settings, features, &laws, &self.bodies),
             last: ClothContactStats::default(),
             rules: kept,
             between: laws.iter().map(|law| law.between).collect(),
+            segments: parts.iter().map(|part| part.segments.clone()).collect(),
             parts,
             domains,
+            breaks: 0,
+            woven: with_yarns.then(|| Woven { first, ..Woven::default() }),
             rest,
             kicked: Vec::new(),
             bodies_kicked: Vec::new(),
@@ -148,12 +164,30 @@ impl Engine<'_> {
         Ok(())
     }
 
+    /// Goes on from a checkpoint's memory, or looks at the first state.
+    pub(in crate::backend::cpu) fn open_net_contact(&mut self, memory: Option<ClothMemory>) -> Result<(), Refusal> {
+        let Some(mut touch) = self.net_touch.take() else { return Ok(()) };
+        match memory {
+            Some(memory) => {
+                touch.follow_breaks(&self.net, &self.chains);
+                touch.solver.recall(memory);
+            }
+            None => self.refuse_tangled(&mut touch)?,
+        }
+        self.net_touch = Some(touch);
+        Ok(())
+    }
+
     /// The name of a side, and its line.
     fn side_of(&self, side: ClothSide, domains: &[DomainId]) -> (String, Option<OriginId>) {
         match side {
             ClothSide::Part(at) => {
-                let part = self.net.parts.iter().find(|part| part.domain == Some(domains[at as usize]));
-                part.map_or_else(Default::default, |part| (format!("`{}`", part.name), Some(part.origin)))
+                let domain = domains[at as usize];
+                let of_net = self.net.parts.iter().find(|part| part.domain == Some(domain));
+                let of_net = of_net.map(|part| (&part.name, part.origin));
+                let woven = || self.parts.iter().find(|part| part.id == domain).map(|part| (&part.name, part.origin));
+                let part = of_net.or_else(woven);
+                part.map_or_else(Default::default, |(name, origin)| (format!("`{name}`"), Some(origin)))
             }
             ClothSide::Body(body) => {
                 let recipe = self.body_part.recipes.get(body as usize);
@@ -177,16 +211,15 @@ impl Engine<'_> {
 
     /// Refuses a start in which cloth lies in a body, or goes through cloth, at the cloth's line; keeps what only lies within
     /// its thickness to be told at the end.
-    fn refuse_tangled(
-        &mut self,
-        solver: &mut ClothContact,
-        domains: &[DomainId],
-        tolerance: f64,
-    ) -> Result<(), Refusal> {
+    fn refuse_tangled(&mut self, touch: &mut NetTouch) -> Result<(), Refusal> {
         let net = &self.net;
+        let tolerance = touch.solver.tolerance();
+        let NetTouch { solver, domains, woven, .. } = touch;
+        let joined = woven.as_ref().map(|_| [&net.net.position[..], &self.chains.position].concat());
+        let nodes = joined.as_ref().unwrap_or(&net.net.position);
         let held = |node: u32| net.anchors.iter().any(|anchor| anchor.node == node);
-        let Some(found) = solver.tangled(&net.net.position, &self.bodies, held) else {
-            let overlaps = solver.overlapping(&net.net.position, &self.bodies, held);
+        let Some(found) = solver.tangled(nodes, &self.bodies, held) else {
+            let overlaps = solver.overlapping(nodes, &self.bodies, held);
             self.contact_totals.overlaps = overlaps.iter().map(|found| self.told(found, domains, tolerance)).collect();
             return Ok(());
         };
@@ -227,20 +260,36 @@ impl Engine<'_> {
     }
 
     fn correct_kicked(&mut self, touch: &mut NetTouch) {
-        let h = self.h;
         self.net.carry(&self.bodies);
+        touch.follow_breaks(&self.net, &self.chains);
         touch.note(&self.net.net.velocity, &self.bodies);
-        let net = &mut self.net.net;
-        touch.last = touch.solver.solve(
-            h,
-            &net.position,
-            &self.net.before,
-            &mut net.velocity,
-            &net.inverse_mass,
-            &mut self.bodies,
-            self.pool.as_deref(),
-        );
+        if let Some(mut yarns) = self.touch.take() {
+            self.correct_both(touch, &mut yarns);
+            self.add_totals(&yarns.last);
+            self.touch = Some(yarns);
+        } else {
+            self.yarns_kicked.clone_from(&self.chains.velocity);
+            self.solve_net(touch);
+        }
+        self.book_yarn_contact();
         self.book_net_contact(touch);
+    }
+
+    /// Corrects the velocities as they are, of yarns too where they take part.
+    pub(super) fn solve_net(&mut self, touch: &mut NetTouch) {
+        let (h, pool) = (self.h, self.pool.as_deref());
+        let bodies = &mut self.bodies;
+        if let Some(woven) = &mut touch.woven {
+            let chains = &mut self.chains;
+            woven.gather(&self.net, chains, &self.before);
+            let Woven { position, approach, velocity, inverse_mass, .. } = woven;
+            touch.last = touch.solver.solve(h, position, approach, velocity, inverse_mass, bodies, pool);
+            woven.scatter(&mut self.net.net.velocity, &mut chains.velocity);
+        } else {
+            let (before, net) = (&self.net.before, &mut self.net.net);
+            let (velocity, inverse_mass) = (&mut net.velocity, &net.inverse_mass);
+            touch.last = touch.solver.solve(h, &net.position, before, velocity, inverse_mass, bodies, pool);
+        }
     }
 
     fn correct_whole(&mut self, touch: &mut NetTouch) {
@@ -340,7 +389,9 @@ impl Engine<'_> {
     /// Stops the run where contact could not clear a step, at the line of what drives things there if anything does.
     fn refuse_contact(&mut self, refused: &Refused) {
         let drives = |action: &&Action| {
-            let of_net = action.net.iter().any(|(node, _)| refused.nodes.contains(node));
+            let first = self.net.count() as u32;
+            let of_net = action.net.iter().any(|(node, _)| refused.nodes.contains(node))
+                || action.nodes.iter().any(|(node, _)| refused.nodes.contains(&(node + first)));
             let moves = matches!(action.kind, ActionKind::Velocity(_) | ActionKind::Spin(_));
             action.acts() && moves && (of_net || action.bodies.iter().any(|body| refused.bodies.contains(body)))
         };
@@ -416,9 +467,19 @@ impl Engine<'_> {
     /// What an oracle may see of the net in a step that began at these places.
     pub(in crate::backend::cpu) fn net_view<'a>(&'a self, before: &'a [DVec3]) -> Option<NetView<'a>> {
         let touch = self.net_touch.as_ref().filter(|touch| !touch.parts.is_empty())?;
-        let after = &self.net.net.position;
-        let NetTouch { rest, parts, domains, between, .. } = touch;
-        Some(NetView { before, after, rest, parts, domains, between })
+        let NetTouch { rest, parts, domains, between, woven, breaks: epoch, .. } = touch;
+        let [before, after] = match woven {
+            Some(woven) => [&woven.position[..], &woven.after],
+            None => [before, &self.net.net.position],
+        };
+        Some(NetView { before, after, rest, parts, domains, between, epoch: *epoch })
+    }
+
+    /// Notes where yarns and net went, before an oracle looks.
+    pub(in crate::backend::cpu) fn look_at_woven(&mut self) {
+        if let Some(woven) = self.net_touch.as_mut().and_then(|touch| touch.woven.as_mut()) {
+            woven.look(&self.net.net.position, &self.chains.position);
+        }
     }
 
     /// What the next step takes over; empty without contact of the net.
@@ -427,7 +488,45 @@ impl Engine<'_> {
     }
 }
 
+/// Domains of yarns that rules name.
+fn woven_sides(rules: &[ContactRule]) -> impl Iterator<Item = DomainId> {
+    let sides = rules.iter().flat_map(|rule| rule.between).filter_map(|side| match side {
+        ContactSide::Chains(domain) => Some(domain),
+        ContactSide::Net(_) | ContactSide::Body(_) => None,
+    });
+    sides.collect::<std::collections::BTreeSet<DomainId>>().into_iter()
+}
+
 impl NetTouch {
+    /// v* of the net's nodes.
+    pub(super) fn kicked(&self) -> &[DVec3] {
+        &self.kicked
+    }
+
+    /// Leaves out what has been cut or has broken since.
+    fn follow_breaks(&mut self, net: &NetRun, chains: &Chains) {
+        let breaks = net.memory.gone.len() as u64 + if self.woven.is_some() { chains.epoch } else { 0 };
+        if breaks == self.breaks {
+            return;
+        }
+        self.breaks = breaks;
+        let first = net.count() as u32;
+        let Self { segments, domains, solver, parts, .. } = self;
+        let is_gone = |part: u32, number: u32| {
+            let [node, _] = segments[part as usize][number as usize];
+            if node >= first {
+                return !woven::is_whole(chains, node - first);
+            }
+            let of_net = net.parts.iter().position(|known| known.domain == Some(domains[part as usize]));
+            of_net.is_some_and(|of_net| net.memory.gone.contains(&(of_net as u32, number)))
+        };
+        solver.leave_out(is_gone);
+        for (part, (left, all)) in parts.iter_mut().zip(segments.iter()).enumerate() {
+            let whole = all.iter().enumerate().filter(|(number, _)| !is_gone(part as u32, *number as u32));
+            left.segments = whole.map(|(_, segment)| *segment).collect();
+        }
+    }
+
     fn note(&mut self, velocity: &[DVec3], bodies: &crate::physics::Bodies) {
         self.kicked.clear();
         self.kicked.extend_from_slice(velocity);

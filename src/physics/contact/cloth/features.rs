@@ -57,6 +57,11 @@ impl Element {
         self.nodes[1] != self.nodes[2]
     }
 
+    /// A segment that was left out, or that another one of its part lies on.
+    pub fn is_gone(&self) -> bool {
+        !self.is_face() && self.sides == 0
+    }
+
     /// Its corners, each once.
     pub fn corners(&self) -> &[u32] {
         if self.is_face() { &self.nodes } else { &self.nodes[..2] }
@@ -85,7 +90,6 @@ impl Features {
     /// See [`FeatureError`].
     pub fn new(parts: &[Part], rest: Vec<DVec3>) -> Result<Self, FeatureError> {
         let mut features = Self { nodes: rest.len(), rest, ..Self::default() };
-        // Which node has an owner in this part: its number plus one.
         let mut owner = vec![0_u32; features.nodes];
         for (p, part) in parts.iter().enumerate() {
             let part_id = p as u32;
@@ -101,18 +105,26 @@ impl Features {
             }
             let range = first..features.elements.len() as u32;
             features.own_edges(range.clone());
-            for element in &mut features.elements[first as usize..] {
-                for k in 0..element.corners().len() {
-                    let known = &mut owner[element.nodes[k] as usize];
-                    if *known != part_id + 1 {
-                        *known = part_id + 1;
-                        element.vertices |= 1 << k;
-                    }
-                }
-            }
+            own_vertices(&mut features.elements[first as usize..], part_id + 1, &mut owner);
             features.parts.push(range);
         }
         Ok(features)
+    }
+
+    /// Leaves segments out that have been cut or have broken, by their part and their number in it: they touch nothing any
+    /// more. All others keep their numbers.
+    pub fn leave_out(&mut self, is_gone: impl Fn(u32, u32) -> bool) {
+        let mut owner = vec![0_u32; self.nodes];
+        for (p, range) in self.parts.iter().enumerate() {
+            let elements = &mut self.elements[range.start as usize..range.end as usize];
+            for (number, element) in elements.iter_mut().enumerate() {
+                element.vertices = 0;
+                if !element.is_face() && is_gone(p as u32, number as u32) {
+                    element.sides = 0;
+                }
+            }
+            own_vertices(elements, p as u32 + 1, &mut owner);
+        }
     }
 
     /// Nodes of the net.
@@ -162,6 +174,19 @@ impl Features {
                 element.sides |= 1 << k;
             }
             element.edges[k as usize] = self.edges.len() as u32 - 1;
+        }
+    }
+}
+
+/// The first element at a vertex owns it; `mark`, the part's number plus one, stands in `owner` at nodes that have one.
+fn own_vertices(elements: &mut [Element], mark: u32, owner: &mut [u32]) {
+    for element in elements.iter_mut().filter(|element| !element.is_gone()) {
+        for k in 0..element.corners().len() {
+            let known = &mut owner[element.nodes[k] as usize];
+            if *known != mark {
+                *known = mark;
+                element.vertices |= 1 << k;
+            }
         }
     }
 }

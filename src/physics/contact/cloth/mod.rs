@@ -164,6 +164,18 @@ impl ClothContact {
         }
     }
 
+    /// Overlaps up to this are left, m.
+    pub fn tolerance(&self) -> f64 {
+        self.settings.tolerance
+    }
+
+    /// Leaves segments out that have been cut or have broken, by their part and their number in it.
+    pub fn leave_out(&mut self, is_gone: impl Fn(u32, u32) -> bool) {
+        self.features.leave_out(is_gone);
+        // The next step lists all anew.
+        self.candidates.reference.position.clear();
+    }
+
     /// All that the next step takes over from the last ones.
     pub fn memory(&self) -> ClothMemory {
         ClothMemory {

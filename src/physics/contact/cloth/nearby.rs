@@ -161,6 +161,9 @@ impl Nearby {
 
     fn add(&mut self, ground: &Ground<'_>, id: u32, place_of: &mut [u32]) {
         let Self { nodes, elements, listed, part, .. } = self;
+        if ground.features.elements[id as usize].is_gone() {
+            return;
+        }
         listed[(id - ground.features.parts[*part as usize].start) as usize] = true;
         let corners = ground.features.elements[id as usize].nodes.map(|node| {
             let at = place_of[node as usize];
