@@ -5,11 +5,10 @@
 
 use std::ops::Range;
 
-use glam::DVec4;
-
 use super::bar::Bar;
 use super::elements::Sets;
 use super::fours::{self, Corners, Packs};
+use super::lanes::Four;
 use super::strip::Hold;
 
 /// The node of triangles that fill a pack: none of the net's.
@@ -42,7 +41,7 @@ pub struct Triangles {
     pub nodes: Vec<Corners>,
     pub springs: Packs,
     /// Times of the dashpots, s; empty without damping.
-    pub relaxation: Vec<DVec4>,
+    pub relaxation: Vec<Four>,
 }
 
 #[derive(Clone, Debug)]
@@ -121,7 +120,7 @@ pub fn cut(count: usize, size: usize, sets: &Sets) -> Vec<Block> {
                 done: Vec::new(),
                 nodes: list.iter().map(|four| fours::corners(four.map(corners))).collect(),
                 springs: fours::packs(triangles, &list),
-                relaxation: if damped { list.iter().map(|four| four.map(relaxation).into()).collect() } else { vec![] },
+                relaxation: if damped { list.iter().map(|four| Four(four.map(relaxation))).collect() } else { vec![] },
             });
         }
     }
