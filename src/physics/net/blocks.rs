@@ -195,7 +195,8 @@ fn localise(block: &mut Block) {
     block.triangles.iter_mut().for_each(|triangles| triangles.done = done_with(&triangles.nodes, count as usize));
 }
 
-/// After each stretch of packs, how many of `count` nodes from the first are no corner of any later one.
+/// After each stretch of packs, how many of `count` nodes from the first are no corner of any later one; in fours, but
+/// for the last.
 fn done_with(packs: &[Corners], count: usize) -> Vec<u32> {
     let mut last = vec![0; count];
     for (pack, corners) in packs.iter().enumerate() {
@@ -206,7 +207,7 @@ fn done_with(packs: &[Corners], count: usize) -> Vec<u32> {
     let mut done = 0;
     let after = |stretch: usize| {
         done += last[done..].iter().take_while(|last| **last <= stretch).count();
-        done as u32
+        if done < count { done as u32 & !3 } else { done as u32 }
     };
     (0..packs.len().div_ceil(STRETCH)).map(after).collect()
 }

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use super::PartSums;
 use super::blocks::{STRETCH, Triangles};
-use super::lanes::{Four, Kernel, Lanes, Machine, Wide};
+use super::lanes::{Four, Kernel, Lanes, Machine, Vectors, Wide, dot, vectors};
 use super::sets::TriangleSet;
 use super::sweep::Scratch;
 
@@ -37,18 +37,17 @@ pub struct Isotropic {
 impl Pack for Isotropic {
     #[inline(always)]
     fn excess<L: Lanes>(&self, square: [Wide<L>; 3]) -> [Wide<L>; 3] {
-        let b = loaded(square[0].0, &self.b);
+        let b = loaded(square[0].0, &self.b[0], &self.b[1], &self.b[2]);
         [square[0] - (b[1] + b[2]), square[1] - (b[2] + b[0]), square[2] - (b[0] + b[1])]
     }
 
     #[inline(always)]
     fn answer<L: Lanes>(&self, d: [Wide<L>; 3], cube: f64) -> [Wide<L>; 3] {
-        let (b, m) = (loaded(d[0].0, &self.b), Wide::load(d[0].0, &self.m));
+        let (b, m) = (loaded(d[0].0, &self.b[0], &self.b[1], &self.b[2]), Wide::load(d[0].0, &self.m.0));
         let kappa = m * m * (m * cube);
         let trace = kappa * (b[0] * d[0] + b[1] * d[1] + b[2] * d[2]);
         let half = (d[0] + d[1] + d[2]) * 0.5;
-        let of = |a: usize| b[a] * trace + m * (d[a] - half);
-        [of(0), of(1), of(2)]
+        [b[0] * trace + m * (d[0] - half), b[1] * trace + m * (d[1] - half), b[2] * trace + m * (d[2] - half)]
     }
 
     #[inline(always)]
@@ -70,17 +69,18 @@ pub struct General {
 impl Pack for General {
     #[inline(always)]
     fn excess<L: Lanes>(&self, square: [Wide<L>; 3]) -> [Wide<L>; 3] {
-        let rest = loaded(square[0].0, &self.rest_square);
+        let rest = loaded(square[0].0, &self.rest_square[0], &self.rest_square[1], &self.rest_square[2]);
         [square[0] - rest[0], square[1] - rest[1], square[2] - rest[2]]
     }
 
     #[inline(always)]
     fn answer<L: Lanes>(&self, d: [Wide<L>; 3], _: f64) -> [Wide<L>; 3] {
-        let c = loaded(d[0].0, &self.c);
+        let [c0, c1, c2, c3, c4, c5] = &self.c;
+        let ([c0, c1, c2], [c3, c4, c5]) = (loaded(d[0].0, c0, c1, c2), loaded(d[0].0, c3, c4, c5));
         [
-            c[0] * d[0] + c[5] * d[1] + c[4] * d[2],
-            c[5] * d[0] + c[1] * d[1] + c[3] * d[2],
-            c[4] * d[0] + c[3] * d[1] + c[2] * d[2],
+            c0 * d[0] + c5 * d[1] + c4 * d[2],
+            c5 * d[0] + c1 * d[1] + c3 * d[2],
+            c4 * d[0] + c3 * d[1] + c2 * d[2],
         ]
     }
 
@@ -90,12 +90,10 @@ impl Pack for General {
     }
 }
 
+/// Written out: what is called with lanes has to be inlined, which nobody promises of [`std::array::from_fn`].
 #[inline(always)]
-fn loaded<L: Lanes, const N: usize>(lanes: L, from: &[Four; N]) -> [Wide<L>; N] {
-    std::array::from_fn(
-        #[inline(always)]
-        |k| Wide::load(lanes, &from[k]),
-    )
+fn loaded<L: Lanes>(lanes: L, a: &Four, b: &Four, c: &Four) -> [Wide<L>; 3] {
+    [Wide::load(lanes, &a.0), Wide::load(lanes, &b.0), Wide::load(lanes, &c.0)]
 }
 
 /// The packs of a list of triangles, with what brings their strain measure to ε², and κ/m³.
@@ -148,14 +146,10 @@ pub fn packs(set: &TriangleSet, list: &[[Option<usize>; 4]]) -> Packs {
     }
 }
 
-/// Three vectors of four triangles each: x, y, z of the four.
-type Vectors<L> = [Wide<L>; 3];
-
 #[inline(always)]
 fn gather<L: Lanes>(lanes: L, from: &[Four], nodes: &[u32; 4]) -> Vectors<L> {
     let [a, b, c, d] = *nodes;
-    let [x, y, z] = lanes.turned([&from[a as usize], &from[b as usize], &from[c as usize], &from[d as usize]]);
-    [Wide(lanes, x), Wide(lanes, y), Wide(lanes, z)]
+    vectors(lanes, lanes.turned([&from[a as usize], &from[b as usize], &from[c as usize], &from[d as usize]]))
 }
 
 #[inline(always)]
@@ -172,17 +166,12 @@ fn scatter<L: Lanes>(to: &mut [Four], nodes: &[u32; 4], [x, y, z]: Vectors<L>) {
 #[inline(always)]
 fn add_at<L: Lanes>(lanes: L, to: &mut [Four], node: u32, v: L::V) {
     let to = &mut to[node as usize];
-    *to = lanes.store(lanes.add(lanes.load(to), v));
+    to.0 = lanes.store(lanes.add(lanes.load(&to.0), v));
 }
 
 #[inline(always)]
 fn minus<L: Lanes>(a: &Vectors<L>, b: &Vectors<L>) -> Vectors<L> {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-#[inline(always)]
-fn dot<L: Lanes>(a: &Vectors<L>, b: &Vectors<L>) -> Wide<L> {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// Edge a from corner a+1 to corner a+2.
@@ -257,7 +246,7 @@ impl<P: Pack> Kernel for Elastic<'_, '_, P> {
                 if k >= shared {
                     let energy = g[0] * d[0] + g[1] * d[1] + g[2] * d[2];
                     stored = stored + energy;
-                    strain = strain.larger(energy * Wide::load(lanes, pack.weight()));
+                    strain = strain.larger(energy * Wide::load(lanes, &pack.weight().0));
                 }
             }
             let upto = *upto as usize;
@@ -301,7 +290,7 @@ impl<P: Pack> Kernel for Damped<'_, '_, P> {
             let d = pack.excess([dot(&e[0], &e[0]), dot(&e[1], &e[1]), dot(&e[2], &e[2])]);
             let g = pack.answer(d, cube);
             spread(f, corners, &e, g);
-            let relaxation = Wide::load(lanes, relaxation);
+            let relaxation = Wide::load(lanes, &relaxation.0);
             let twice = relaxation * 2.0;
             let late = [dot(&e[0], &w[0]) * twice, dot(&e[1], &w[1]) * twice, dot(&e[2], &w[2]) * twice];
             let h = pack.answer(late, cube);
@@ -309,7 +298,7 @@ impl<P: Pack> Kernel for Damped<'_, '_, P> {
             if number >= triangles.shared {
                 let energy = g[0] * d[0] + g[1] * d[1] + g[2] * d[2];
                 stored = stored + energy;
-                strain = strain.larger(energy * Wide::load(lanes, pack.weight()));
+                strain = strain.larger(energy * Wide::load(lanes, &pack.weight().0));
                 let power = h[0] * late[0] + h[1] * late[1] + h[2] * late[2];
                 // A filler has no time of its own.
                 taken = taken + power / relaxation.larger(tiny);

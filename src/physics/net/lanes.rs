@@ -44,18 +44,23 @@ pub trait Lanes: Copy {
     type V: Copy;
 
     fn splat(self, x: f64) -> Self::V;
-    fn load(self, from: &Four) -> Self::V;
-    fn store(self, v: Self::V) -> Four;
+    fn load(self, from: &[f64; 4]) -> Self::V;
+    fn store(self, v: Self::V) -> [f64; 4];
     fn add(self, a: Self::V, b: Self::V) -> Self::V;
     fn sub(self, a: Self::V, b: Self::V) -> Self::V;
     fn mul(self, a: Self::V, b: Self::V) -> Self::V;
     fn div(self, a: Self::V, b: Self::V) -> Self::V;
     /// The larger in each lane; `a` where one of them is not a number.
     fn larger(self, a: Self::V, b: Self::V) -> Self::V;
+    /// `v` where `test` is above zero, zero elsewhere.
+    fn where_positive(self, test: Self::V, v: Self::V) -> Self::V;
     /// From four vectors to their x, y and z.
     fn turned(self, from: [&Four; 4]) -> [Self::V; 3];
     /// Back: x, y, z of four vectors to the vectors, their fourth zero.
     fn turned_back(self, v: [Self::V; 3]) -> [Self::V; 4];
+    /// The same with vectors that lie without gaps.
+    fn unpacked(self, from: &[DVec3; 4]) -> [Self::V; 3];
+    fn packed(self, v: [Self::V; 3], to: &mut [DVec3; 4]);
 }
 
 /// A kernel that is compiled once for each machine. `run` and all that it calls must be `#[inline(always)]`.
@@ -110,13 +115,13 @@ impl Lanes for Plain {
     }
 
     #[inline(always)]
-    fn load(self, from: &Four) -> [f64; 4] {
-        from.0
+    fn load(self, from: &[f64; 4]) -> [f64; 4] {
+        *from
     }
 
     #[inline(always)]
-    fn store(self, v: [f64; 4]) -> Four {
-        Four(v)
+    fn store(self, v: [f64; 4]) -> [f64; 4] {
+        v
     }
 
     #[inline(always)]
@@ -145,6 +150,11 @@ impl Lanes for Plain {
     }
 
     #[inline(always)]
+    fn where_positive(self, test: [f64; 4], v: [f64; 4]) -> [f64; 4] {
+        lanewise(test, v, |test, v| if test > 0.0 { v } else { 0.0 })
+    }
+
+    #[inline(always)]
     fn turned(self, from: [&Four; 4]) -> [[f64; 4]; 3] {
         let [a, b, c, d] = from.map(|v| v.0);
         [[a[0], b[0], c[0], d[0]], [a[1], b[1], c[1], d[1]], [a[2], b[2], c[2], d[2]]]
@@ -153,6 +163,16 @@ impl Lanes for Plain {
     #[inline(always)]
     fn turned_back(self, [x, y, z]: [[f64; 4]; 3]) -> [[f64; 4]; 4] {
         [[x[0], y[0], z[0], 0.0], [x[1], y[1], z[1], 0.0], [x[2], y[2], z[2], 0.0], [x[3], y[3], z[3], 0.0]]
+    }
+
+    #[inline(always)]
+    fn unpacked(self, [a, b, c, d]: &[DVec3; 4]) -> [[f64; 4]; 3] {
+        [[a.x, b.x, c.x, d.x], [a.y, b.y, c.y, d.y], [a.z, b.z, c.z, d.z]]
+    }
+
+    #[inline(always)]
+    fn packed(self, [x, y, z]: [[f64; 4]; 3], to: &mut [DVec3; 4]) {
+        *to = std::array::from_fn(|k| DVec3::new(x[k], y[k], z[k]));
     }
 }
 
@@ -187,13 +207,13 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn load(self, from: &Four) -> Self::V {
-        pulp::cast(from.0)
+    fn load(self, from: &[f64; 4]) -> Self::V {
+        pulp::cast(*from)
     }
 
     #[inline(always)]
-    fn store(self, v: Self::V) -> Four {
-        Four(pulp::cast(v))
+    fn store(self, v: Self::V) -> [f64; 4] {
+        pulp::cast(v)
     }
 
     #[inline(always)]
@@ -223,15 +243,18 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
+    fn where_positive(self, test: Self::V, v: Self::V) -> Self::V {
+        let avx = self.0.avx;
+        avx._mm256_and_pd(avx._mm256_cmp_pd::<{ std::arch::x86_64::_CMP_GT_OQ }>(test, avx._mm256_setzero_pd()), v)
+    }
+
+    #[inline(always)]
     fn turned(self, [a, b, c, d]: [&Four; 4]) -> [Self::V; 3] {
         let avx = self.0.avx;
         // Halves of 128 bits are put together as they are loaded, so that three shuffles remain.
-        let half = |from: &Four, k: usize| -> std::arch::x86_64::__m128d { pulp::cast([from.0[k], from.0[k + 1]]) };
-        let pair = |low: &Four, high: &Four, k: usize| {
-            avx._mm256_insertf128_pd::<1>(avx._mm256_castpd128_pd256(half(low, k)), half(high, k))
-        };
-        let (even, odd) = (pair(a, c, 0), pair(b, d, 0));
-        let (even_z, odd_z) = (pair(a, c, 2), pair(b, d, 2));
+        let (even, odd) = (self.pair([a.0[0], a.0[1]], [c.0[0], c.0[1]]), self.pair([b.0[0], b.0[1]], [d.0[0], d.0[1]]));
+        let (even_z, odd_z) =
+            (self.pair([a.0[2], a.0[3]], [c.0[2], c.0[3]]), self.pair([b.0[2], b.0[3]], [d.0[2], d.0[3]]));
         [
             avx._mm256_unpacklo_pd(even, odd),
             avx._mm256_unpackhi_pd(even, odd),
@@ -252,6 +275,55 @@ impl Lanes for Avx2 {
             avx._mm256_permute2f128_pd::<0x31>(odd, odd_z),
         ]
     }
+
+    #[inline(always)]
+    fn unpacked(self, [a, b, c, d]: &[DVec3; 4]) -> [Self::V; 3] {
+        let avx = self.0.avx;
+        let xy = self.pair([a.x, a.y], [c.x, c.y]);
+        let zx = self.pair([a.z, b.x], [c.z, d.x]);
+        let yz = self.pair([b.y, b.z], [d.y, d.z]);
+        [
+            avx._mm256_blend_pd::<0b1010>(xy, zx),
+            avx._mm256_shuffle_pd::<0b0101>(xy, yz),
+            avx._mm256_blend_pd::<0b1010>(zx, yz),
+        ]
+    }
+
+    #[inline(always)]
+    fn packed(self, [x, y, z]: [Self::V; 3], to: &mut [DVec3; 4]) {
+        let avx = self.0.avx;
+        let xy = self.store(avx._mm256_unpacklo_pd(x, y));
+        let zx = self.store(avx._mm256_blend_pd::<0b1010>(z, x));
+        let yz = self.store(avx._mm256_unpackhi_pd(y, z));
+        *to = [
+            DVec3::new(xy[0], xy[1], zx[0]),
+            DVec3::new(zx[1], yz[0], yz[1]),
+            DVec3::new(xy[2], xy[3], zx[2]),
+            DVec3::new(zx[3], yz[2], yz[3]),
+        ];
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Avx2 {
+    #[inline(always)]
+    fn pair(self, low: [f64; 2], high: [f64; 2]) -> std::arch::x86_64::__m256d {
+        let avx = self.0.avx;
+        avx._mm256_insertf128_pd::<1>(avx._mm256_castpd128_pd256(pulp::cast(low)), pulp::cast(high))
+    }
+}
+
+/// x, y, z of four vectors.
+pub type Vectors<L> = [Wide<L>; 3];
+
+#[inline(always)]
+pub fn vectors<L: Lanes>(lanes: L, [x, y, z]: [L::V; 3]) -> Vectors<L> {
+    [Wide(lanes, x), Wide(lanes, y), Wide(lanes, z)]
+}
+
+#[inline(always)]
+pub fn dot<L: Lanes>(a: &Vectors<L>, b: &Vectors<L>) -> Wide<L> {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// Four numbers with the machine that works on them, for arithmetic as it is written.
@@ -265,12 +337,12 @@ impl<L: Lanes> Wide<L> {
     }
 
     #[inline(always)]
-    pub fn load(lanes: L, from: &Four) -> Wide<L> {
+    pub fn load(lanes: L, from: &[f64; 4]) -> Wide<L> {
         Wide(lanes, lanes.load(from))
     }
 
     #[inline(always)]
-    pub fn store(self) -> Four {
+    pub fn store(self) -> [f64; 4] {
         self.0.store(self.1)
     }
 
@@ -280,16 +352,22 @@ impl<L: Lanes> Wide<L> {
         Wide(self.0, self.0.larger(self.1, other.1))
     }
 
+    /// `self` where `test` is above zero, zero elsewhere.
+    #[inline(always)]
+    pub fn where_positive(self, test: Wide<L>) -> Wide<L> {
+        Wide(self.0, self.0.where_positive(test.1, self.1))
+    }
+
     /// (a + b) + (c + d).
     #[inline(always)]
     pub fn sum(self) -> f64 {
-        let [a, b, c, d] = self.store().0;
+        let [a, b, c, d] = self.store();
         (a + b) + (c + d)
     }
 
     #[inline(always)]
     pub fn largest(self) -> f64 {
-        let [a, b, c, d] = self.store().0;
+        let [a, b, c, d] = self.store();
         a.max(b).max(c).max(d)
     }
 }
