@@ -55,7 +55,8 @@ impl Sets {
 #[derive(Debug)]
 pub struct Elements {
     pub(super) sets: Sets,
-    machine: Machine,
+    /// Which lanes the triangles use: a matter of speed alone.
+    pub(super) machine: Machine,
     nodes: usize,
     size: usize,
     blocks: Vec<Block>,

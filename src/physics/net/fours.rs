@@ -1,4 +1,4 @@
-//! Triangles four at a time: the arithmetic of four side by side, so that the machine's lanes are full whatever it is.
+//! Triangles four at a time, in lanes of the machine's.
 //!
 //! The order of every sum is fixed by the packs, so the bits are the same on any machine that keeps IEEE arithmetic.
 
@@ -77,11 +77,7 @@ impl Pack for General {
     fn answer<L: Lanes>(&self, d: [Wide<L>; 3], _: f64) -> [Wide<L>; 3] {
         let [c0, c1, c2, c3, c4, c5] = &self.c;
         let ([c0, c1, c2], [c3, c4, c5]) = (loaded(d[0].0, c0, c1, c2), loaded(d[0].0, c3, c4, c5));
-        [
-            c0 * d[0] + c5 * d[1] + c4 * d[2],
-            c5 * d[0] + c1 * d[1] + c3 * d[2],
-            c4 * d[0] + c3 * d[1] + c2 * d[2],
-        ]
+        [c0 * d[0] + c5 * d[1] + c4 * d[2], c5 * d[0] + c1 * d[1] + c3 * d[2], c4 * d[0] + c3 * d[1] + c2 * d[2]]
     }
 
     #[inline(always)]
@@ -216,6 +212,10 @@ pub fn stretch(machine: Machine, triangles: &Triangles, scratch: &mut Scratch, f
     }
 }
 
+/// Packs between the one that is worked out and the one that is asked for: the machine's own reading ahead ends with each
+/// page of memory.
+const AHEAD: usize = 16;
+
 struct Elastic<'a, 'f, P> {
     triangles: &'a Triangles,
     packs: &'a [P],
@@ -239,6 +239,8 @@ impl<P: Pack> Kernel for Elastic<'_, '_, P> {
         for (number, ((nodes, packs), upto)) in each.enumerate() {
             let shared = triangles.shared.saturating_sub(number * STRETCH);
             for (k, (corners, pack)) in nodes.iter().zip(packs).enumerate() {
+                lanes.soon(corners, AHEAD);
+                lanes.soon(pack, AHEAD);
                 let edges = edges(lanes, x, corners);
                 let d = pack.excess([dot(&edges[0], &edges[0]), dot(&edges[1], &edges[1]), dot(&edges[2], &edges[2])]);
                 let g = pack.answer(d, cube);
@@ -286,6 +288,9 @@ impl<P: Pack> Kernel for Damped<'_, '_, P> {
         let mut done = 0;
         let each = triangles.nodes.iter().zip(packs).zip(&triangles.relaxation);
         for (number, ((corners, pack), relaxation)) in each.enumerate() {
+            lanes.soon(corners, AHEAD);
+            lanes.soon(pack, AHEAD);
+            lanes.soon(relaxation, AHEAD);
             let (e, w) = (edges(lanes, x, corners), edges(lanes, v, corners));
             let d = pack.excess([dot(&e[0], &e[0]), dot(&e[1], &e[1]), dot(&e[2], &e[2])]);
             let g = pack.answer(d, cube);

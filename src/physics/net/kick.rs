@@ -38,6 +38,9 @@ pub fn kick_nodes(
     }
 }
 
+/// Fours of nodes between those that are kicked and those that are asked for.
+const AHEAD: usize = 24;
+
 struct Kick<'a, 'v, const LOAD: bool, const DAMPED: bool> {
     view: &'a KickView<'v>,
     own: Range<usize>,
@@ -63,10 +66,17 @@ impl<const LOAD: bool, const DAMPED: bool> Kernel for Kick<'_, '_, LOAD, DAMPED>
         let Impulse { h, gravity, .. } = impulse;
         let mut sum = *sums;
         let whole = count & !3;
-        let (h4, gravity4) = (Wide::splat(lanes, h), vectors(lanes, [lanes.splat(gravity.x), lanes.splat(gravity.y), lanes.splat(gravity.z)]));
+        let (h4, gravity4) = (
+            Wide::splat(lanes, h),
+            vectors(lanes, [lanes.splat(gravity.x), lanes.splat(gravity.y), lanes.splat(gravity.z)]),
+        );
         let each = velocity.as_chunks::<4>().0.iter().zip(out.as_chunks_mut::<4>().0);
         let each = each.zip(mass.as_chunks::<4>().0.iter().zip(inverse.as_chunks::<4>().0));
         for (k, ((before, out), (mass, inverse))) in each.enumerate() {
+            lanes.soon(before, AHEAD);
+            lanes.soon(&*out, AHEAD);
+            lanes.soon(mass, AHEAD);
+            lanes.soon(inverse, AHEAD);
             let before = vectors(lanes, lanes.unpacked(before));
             let spring = turned(lanes, elastic, 4 * k);
             let (mass, inverse) = (Wide::load(lanes, mass), Wide::load(lanes, inverse));

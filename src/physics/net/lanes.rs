@@ -61,6 +61,8 @@ pub trait Lanes: Copy {
     /// The same with vectors that lie without gaps.
     fn unpacked(self, from: &[DVec3; 4]) -> [Self::V; 3];
     fn packed(self, v: [Self::V; 3], to: &mut [DVec3; 4]);
+    /// Says that what lies `ahead` items after this one in its array will soon be wanted. Changes no result.
+    fn soon<T>(self, item: &T, ahead: usize);
 }
 
 /// A kernel that is compiled once for each machine. `run` and all that it calls must be `#[inline(always)]`.
@@ -174,6 +176,9 @@ impl Lanes for Plain {
     fn packed(self, [x, y, z]: [[f64; 4]; 3], to: &mut [DVec3; 4]) {
         *to = std::array::from_fn(|k| DVec3::new(x[k], y[k], z[k]));
     }
+
+    #[inline(always)]
+    fn soon<T>(self, _: &T, _: usize) {}
 }
 
 /// Proof that the machine has AVX2.
@@ -196,6 +201,10 @@ impl<K: Kernel> pulp::NullaryFnOnce for OnAvx2<K> {
         self.kernel.run(self.avx2)
     }
 }
+
+/// Bytes of a line of cache.
+#[cfg(target_arch = "x86_64")]
+const LINE: usize = 64;
 
 #[cfg(target_arch = "x86_64")]
 impl Lanes for Avx2 {
@@ -252,14 +261,11 @@ impl Lanes for Avx2 {
     fn turned(self, [a, b, c, d]: [&Four; 4]) -> [Self::V; 3] {
         let avx = self.0.avx;
         // Halves of 128 bits are put together as they are loaded, so that three shuffles remain.
-        let (even, odd) = (self.pair([a.0[0], a.0[1]], [c.0[0], c.0[1]]), self.pair([b.0[0], b.0[1]], [d.0[0], d.0[1]]));
+        let (even, odd) =
+            (self.pair([a.0[0], a.0[1]], [c.0[0], c.0[1]]), self.pair([b.0[0], b.0[1]], [d.0[0], d.0[1]]));
         let (even_z, odd_z) =
             (self.pair([a.0[2], a.0[3]], [c.0[2], c.0[3]]), self.pair([b.0[2], b.0[3]], [d.0[2], d.0[3]]));
-        [
-            avx._mm256_unpacklo_pd(even, odd),
-            avx._mm256_unpackhi_pd(even, odd),
-            avx._mm256_unpacklo_pd(even_z, odd_z),
-        ]
+        [avx._mm256_unpacklo_pd(even, odd), avx._mm256_unpackhi_pd(even, odd), avx._mm256_unpacklo_pd(even_z, odd_z)]
     }
 
     #[inline(always)]
@@ -301,6 +307,14 @@ impl Lanes for Avx2 {
             DVec3::new(xy[2], xy[3], zx[2]),
             DVec3::new(zx[3], yz[2], yz[3]),
         ];
+    }
+
+    #[inline(always)]
+    fn soon<T>(self, item: &T, ahead: usize) {
+        let first = std::ptr::from_ref(item).wrapping_add(ahead).cast::<i8>();
+        for line in 0..size_of::<T>().div_ceil(LINE) {
+            self.0.sse._mm_prefetch::<{ std::arch::x86_64::_MM_HINT_T0 }>(first.wrapping_add(line * LINE));
+        }
     }
 }
 
