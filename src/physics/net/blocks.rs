@@ -5,11 +5,10 @@
 
 use std::ops::Range;
 
-use glam::DVec4;
-
 use super::bar::Bar;
 use super::elements::Sets;
 use super::fours::{self, Corners, Packs};
+use super::lanes::Four;
 use super::strip::Hold;
 
 /// The node of triangles that fill a pack: none of the net's.
@@ -42,7 +41,7 @@ pub struct Triangles {
     pub nodes: Vec<Corners>,
     pub springs: Packs,
     /// Times of the dashpots, s; empty without damping.
-    pub relaxation: Vec<DVec4>,
+    pub relaxation: Vec<Four>,
 }
 
 #[derive(Clone, Debug)]
@@ -121,7 +120,7 @@ pub fn cut(count: usize, size: usize, sets: &Sets) -> Vec<Block> {
                 done: Vec::new(),
                 nodes: list.iter().map(|four| fours::corners(four.map(corners))).collect(),
                 springs: fours::packs(triangles, &list),
-                relaxation: if damped { list.iter().map(|four| four.map(relaxation).into()).collect() } else { vec![] },
+                relaxation: if damped { list.iter().map(|four| Four(four.map(relaxation))).collect() } else { vec![] },
             });
         }
     }
@@ -196,7 +195,8 @@ fn localise(block: &mut Block) {
     block.triangles.iter_mut().for_each(|triangles| triangles.done = done_with(&triangles.nodes, count as usize));
 }
 
-/// After each stretch of packs, how many of `count` nodes from the first are no corner of any later one.
+/// After each stretch of packs, how many of `count` nodes from the first are no corner of any later one; in fours, but
+/// for the last.
 fn done_with(packs: &[Corners], count: usize) -> Vec<u32> {
     let mut last = vec![0; count];
     for (pack, corners) in packs.iter().enumerate() {
@@ -207,7 +207,7 @@ fn done_with(packs: &[Corners], count: usize) -> Vec<u32> {
     let mut done = 0;
     let after = |stretch: usize| {
         done += last[done..].iter().take_while(|last| **last <= stretch).count();
-        done as u32
+        if done < count { done as u32 & !3 } else { done as u32 }
     };
     (0..packs.len().div_ceil(STRETCH)).map(after).collect()
 }

@@ -8,6 +8,8 @@ use rayon::prelude::*;
 
 use super::bar::Way;
 use super::blocks::{self, Block};
+use super::kick::{Impulse, kick_nodes};
+use super::lanes::{Four, Machine};
 use super::sets::{BarSet, FormSet, StripSet, TriangleSet};
 use super::sweep::{Scratch, sweep};
 use super::{NodeSums, PartId, PartSums};
@@ -53,6 +55,8 @@ impl Sets {
 #[derive(Debug)]
 pub struct Elements {
     pub(super) sets: Sets,
+    /// Which lanes the triangles use: a matter of speed alone.
+    pub(super) machine: Machine,
     nodes: usize,
     size: usize,
     blocks: Vec<Block>,
@@ -90,6 +94,7 @@ impl Elements {
     pub(super) fn new(nodes: usize, size: usize, sets: Sets) -> Elements {
         let mut elements = Elements {
             sets,
+            machine: Machine::here(),
             nodes,
             size: size.max(1),
             blocks: vec![],
@@ -136,19 +141,20 @@ impl Elements {
     /// sums of the parts that have elements here; others are left as they are.
     pub fn forces(&mut self, position: &[DVec3], velocity: &[DVec3], force: &mut [DVec3], parts: &mut [PartSums]) {
         self.ready_scratch();
-        let (size, blocks, sets, scratch) = (self.size, &self.blocks, &self.sets, &self.scratch);
+        let (machine, size) = (self.machine, self.size);
+        let (blocks, sets, scratch) = (&self.blocks, &self.sets, &self.scratch);
         let one = |b: usize, force: &mut [DVec3], sums: &mut Vec<PartSums>| {
             let mut scratch = lend(scratch);
-            let mut add = |elastic: &[DVec3], damping: &[DVec3], nodes: Range<usize>| {
+            let mut add = |elastic: &[Four], damping: &[Four], nodes: Range<usize>| {
                 for (to, from) in force[nodes.clone()].iter_mut().zip(&elastic[nodes.clone()]) {
-                    *to += *from;
+                    *to += from.vector();
                 }
                 if !damping.is_empty() {
                     let each = force[nodes.clone()].iter_mut().zip(&damping[nodes]);
-                    each.for_each(|(to, from)| *to += *from);
+                    each.for_each(|(to, from)| *to += from.vector());
                 }
             };
-            sweep(&blocks[b], sets, position, velocity, &mut scratch, sums, &mut add);
+            sweep(machine, &blocks[b], sets, [position, velocity], &mut scratch, sums, &mut add);
         };
         if self.nodes < INLINE {
             let each = force.chunks_mut(size).zip(&mut self.sums).enumerate();
@@ -172,15 +178,15 @@ impl Elements {
         let mut scratch = lend(&self.scratch);
         for (block, sums) in self.blocks.iter().zip(&mut self.sums) {
             let first = block.nodes.start as usize;
-            let mut put = |slots: &[DVec3], lag: &[DVec3], own: Range<usize>| {
+            let mut put = |slots: &[Four], lag: &[Four], own: Range<usize>| {
                 let net = first + own.start..first + own.end;
-                elastic[net.clone()].copy_from_slice(&slots[own.clone()]);
+                copy(&mut elastic[net.clone()], &slots[own.clone()]);
                 match lag.is_empty() {
                     true => damping[net].fill(DVec3::ZERO),
-                    false => damping[net].copy_from_slice(&lag[own]),
+                    false => copy(&mut damping[net], &lag[own]),
                 }
             };
-            sweep(block, &self.sets, position, velocity, &mut scratch, sums, &mut put);
+            sweep(self.machine, block, &self.sets, [position, velocity], &mut scratch, sums, &mut put);
         }
         drop(scratch);
         self.total(parts);
@@ -197,29 +203,27 @@ impl Elements {
         parts: &mut [PartSums],
     ) -> NodeSums {
         self.ready_scratch();
-        let (size, blocks, sets, scratch) = (self.size, &self.blocks, &self.sets, &self.scratch);
+        let (machine, size) = (self.machine, self.size);
+        let (blocks, sets, scratch) = (&self.blocks, &self.sets, &self.scratch);
         let Kicked { velocity, damping } = kicked;
         let wanted = !damping.is_empty();
         let one =
             |b: usize, out: &mut [DVec3], damping: &mut [DVec3], sums: &mut Vec<PartSums>, nodes: &mut NodeSums| {
                 let mut scratch = lend(scratch);
-                let kick = match (view.load.is_empty(), sets.damped) {
-                    (true, false) => kick_nodes::<false, false>,
-                    (true, true) => kick_nodes::<false, true>,
-                    (false, false) => kick_nodes::<true, false>,
-                    (false, true) => kick_nodes::<true, true>,
-                };
                 let first = blocks[b].nodes.start as usize;
                 let mut sum = NodeSums::default();
-                let mut finish = |elastic: &[DVec3], lag: &[DVec3], own: Range<usize>| {
+                let impulse = Impulse { h, gravity, damped: sets.damped };
+                let mut finish = |elastic: &[Four], lag: &[Four], own: Range<usize>| {
                     let lag = if lag.is_empty() { lag } else { &lag[own.clone()] };
                     let net = first + own.start..first + own.end;
-                    kick(&view, net, [&elastic[own.clone()], lag], h, gravity, &mut out[own.clone()], &mut sum);
+                    let forces = [&elastic[own.clone()], lag];
+                    kick_nodes(machine, &view, net, forces, impulse, &mut out[own.clone()], &mut sum);
                     if wanted {
-                        damping[own].copy_from_slice(lag);
+                        copy(&mut damping[own], lag);
                     }
                 };
-                sweep(&blocks[b], sets, view.position, view.velocity, &mut scratch, sums, &mut finish);
+                let state = [view.position, view.velocity];
+                sweep(machine, &blocks[b], sets, state, &mut scratch, sums, &mut finish);
                 *nodes = sum.scaled(0.5, 0.5 * h);
             };
         let results = self.sums.iter_mut().zip(&mut self.of_nodes).enumerate();
@@ -297,52 +301,12 @@ impl Elements {
     }
 }
 
+fn copy(to: &mut [DVec3], from: &[Four]) {
+    to.iter_mut().zip(from).for_each(|(to, from)| *to = from.vector());
+}
+
 /// The scratch of the thread that asks.
 fn lend(scratch: &[Mutex<Scratch>]) -> std::sync::MutexGuard<'_, Scratch> {
     let thread = rayon::current_thread_index().unwrap_or(0) % scratch.len();
     scratch[thread].lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// Kicks a stretch of nodes, the net's `own`, whose elastic forces and those of damping are given, and adds to sums that
-/// lack their factors.
-fn kick_nodes<const LOAD: bool, const DAMPED: bool>(
-    view: &KickView<'_>,
-    own: Range<usize>,
-    [elastic, damping]: [&[DVec3]; 2],
-    h: f64,
-    gravity: DVec3,
-    out: &mut [DVec3],
-    sums: &mut NodeSums,
-) {
-    let count = own.len();
-    let (velocity, mass, inverse) =
-        (&view.velocity[own.clone()], &view.mass[own.clone()], &view.inverse_mass[own.clone()]);
-    let load = if LOAD { &view.load[own] } else { view.load };
-    let (elastic, damping, out) =
-        (&elastic[..count], if DAMPED { &damping[..count] } else { damping }, &mut out[..count]);
-    let mut sum = *sums;
-    for i in 0..count {
-        let before = velocity[i];
-        let mut force = elastic[i];
-        if DAMPED {
-            force += damping[i];
-        }
-        if LOAD {
-            force += load[i];
-        }
-        // A held node takes no gravity; its support does.
-        let moving = if inverse[i] > 0.0 { h } else { 0.0 };
-        let after = before + force * (h * inverse[i]) + gravity * moving;
-        let twice = before + after;
-        sum.kinetic += before.dot(before * mass[i] + elastic[i] * h);
-        sum.gravity += mass[i] * gravity.dot(twice);
-        if DAMPED {
-            sum.damping += damping[i].dot(twice);
-        }
-        if LOAD {
-            sum.load += load[i].dot(twice);
-        }
-        out[i] = after;
-    }
-    *sums = sum;
 }

@@ -14,6 +14,8 @@ mod epochs;
 mod fold;
 mod fours;
 mod grid;
+mod kick;
+mod lanes;
 mod loads;
 pub mod membrane;
 mod order;

@@ -2,6 +2,7 @@
 
 use glam::{DMat3, DQuat, DVec2, DVec3};
 
+use super::lanes::{Kernel, Lanes, Machine, Plain, Wide};
 use super::*;
 use crate::geometry::sheet::SheetMesh;
 use crate::plan::{BendingLaw, CordLaw, FabricLaw, MembraneLaw, OriginId, SeamLaw, SpringTopology};
@@ -299,36 +300,78 @@ fn pressure_has_its_tangent_and_pushes_a_closed_surface_nowhere() {
     }
 }
 
-#[test]
-fn bits_do_not_depend_on_threads() {
-    let mesh = sheet(99, 79, 0.01, 0.2);
+/// Places, velocities, damping forces and sums after five kicks of a sheet with two held nodes.
+type After = (Vec<DVec3>, Vec<DVec3>, Vec<DVec3>, [PartSums; 1], NodeSums);
+
+fn kicked(threads: usize, machine: Machine, law: &FabricLaw, loaded: bool) -> After {
+    // Blocks that end with less than four nodes and packs that end with fillers.
+    let mesh = sheet(98, 78, 0.01, 0.2);
     let count = mesh.material.len();
     let node_of: Vec<u32> = (0..count as u32).collect();
+    let mass = lumped_mass(&mesh, law);
+    let held = |node: usize| node == 3 || node == count - 1;
+    let inverse_mass: Vec<f64> =
+        mass.iter().enumerate().map(|(node, m)| if held(node) { 0.0 } else { 1.0 / m }).collect();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let mut builder = Elements::builder(count);
+    builder.add_sheet(PartId(0), &mesh, &node_of, law);
+    let mut elements = builder.finish(511);
+    elements.machine = machine;
+    let mut draw = Draw(5);
+    let mut x: Vec<DVec3> = mesh.position.iter().map(|p| *p + 1e-3 * draw.vector()).collect();
+    let load: Vec<DVec3> = if loaded { x.iter().map(|_| 0.1 * draw.vector()).collect() } else { vec![] };
+    let (mut v, mut out, mut damping) = (vec![DVec3::ZERO; count], vec![DVec3::ZERO; count], vec![DVec3::ZERO; count]);
+    let mut parts = [PartSums::default()];
+    let mut sums = NodeSums::default();
+    for _ in 0..5 {
+        let view = KickView { position: &x, velocity: &v, mass: &mass, inverse_mass: &inverse_mass, load: &load };
+        let wanted = if law.damping > 0.0 { &mut damping[..] } else { &mut [] };
+        let kicked = Kicked { velocity: &mut out, damping: wanted };
+        let gravity = DVec3::new(0.3, 0.0, -9.8);
+        sums = pool.install(|| elements.kick(view, 1e-5, gravity, kicked, &mut parts));
+        std::mem::swap(&mut v, &mut out);
+        x.iter_mut().zip(&v).for_each(|(x, v)| *x += *v * 1e-5);
+    }
+    (x, v, damping, parts, sums)
+}
+
+#[test]
+fn bits_do_not_depend_on_threads() {
     let law = FabricLaw { damping: 0.1, ..fabric(WOVEN) };
-    let mass = lumped_mass(&mesh, &law);
-    let inverse_mass: Vec<f64> = mass.iter().map(|m| 1.0 / m).collect();
-    let run = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let mut builder = Elements::builder(count);
-        builder.add_sheet(PartId(0), &mesh, &node_of, &law);
-        let mut elements = builder.finish(512);
-        let mut draw = Draw(5);
-        let mut x: Vec<DVec3> = mesh.position.iter().map(|p| *p + 1e-3 * draw.vector()).collect();
-        let mut v = vec![DVec3::ZERO; count];
-        let mut out = v.clone();
-        let mut parts = [PartSums::default()];
-        let mut sums = NodeSums::default();
-        for _ in 0..5 {
-            let view = KickView { position: &x, velocity: &v, mass: &mass, inverse_mass: &inverse_mass, load: &[] };
-            let kicked = Kicked { velocity: &mut out, damping: &mut [] };
-            let gravity = DVec3::Z * -9.8;
-            sums = pool.install(|| elements.kick(view, 1e-5, gravity, kicked, &mut parts));
-            std::mem::swap(&mut v, &mut out);
-            x.iter_mut().zip(&v).for_each(|(x, v)| *x += *v * 1e-5);
-        }
-        (x, v, parts, sums)
-    };
+    let run = |threads: usize| kicked(threads, Machine::here(), &law, false);
     let one = run(1);
     assert!(one == run(2) && one == run(3));
-    assert!(one.2[0].stored > 0.0 && one.2[0].damping > 0.0 && one.3.kinetic > 0.0);
+    assert!(one.3[0].stored > 0.0 && one.3[0].damping > 0.0 && one.4.kinetic > 0.0);
+}
+
+#[test]
+fn bits_do_not_depend_on_the_lanes_of_the_machine() {
+    for membrane in [WOVEN, MembraneLaw::Isotropic { stiffness: 2.0e4, poisson: 0.14 }] {
+        for (damping, loaded) in [(0.0, false), (0.1, false), (0.0, true), (0.1, true)] {
+            let law = FabricLaw { damping, ..fabric(membrane) };
+            let run = |machine: Machine| kicked(2, machine, &law, loaded);
+            let here = run(Machine::here());
+            assert!(here == run(Machine::Plain(Plain)), "{membrane:?}, damping {damping}, loaded {loaded}");
+            assert!(here.3[0].stored > 0.0 && here.4.kinetic > 0.0);
+            assert!((here.4.load != 0.0) == loaded && (here.4.damping != 0.0) == (damping > 0.0));
+        }
+    }
+}
+
+#[test]
+fn lanes_keep_what_is_no_number_out_of_the_largest() {
+    struct Largest([f64; 4], [f64; 4]);
+    impl Kernel for Largest {
+        type Output = ([f64; 4], f64);
+
+        #[inline(always)]
+        fn run<L: Lanes>(self, lanes: L) -> Self::Output {
+            let larger = Wide::load(lanes, &self.0).larger(Wide::load(lanes, &self.1));
+            (larger.store(), larger.largest())
+        }
+    }
+    for machine in [Machine::here(), Machine::Plain(Plain)] {
+        let (larger, largest) = machine.run(Largest([0.0, 1.0, 3.0, -2.0], [f64::NAN, 2.0, f64::NAN, -1.0]));
+        assert_eq!((larger, largest), ([0.0, 2.0, 3.0, -1.0], 3.0));
+    }
 }
