@@ -298,7 +298,8 @@ impl ClothContact {
     fn prepare(&mut self, net: Net<'_>, velocity: &mut [DVec3], restitution: bool) {
         let task = self.task(net.h, restitution);
         let scale = if self.last_h > 0.0 { net.h / self.last_h } else { 0.0 };
-        let Self { rows, bodies, bodies_before, laws, last, .. } = self;
+        let Self { rows, bodies, bodies_before, laws, last, islands, .. } = self;
+        islands.forget();
         let mut motion = Motion { velocity, inverse_mass: net.inverse_mass, bodies };
         let mut known = last.iter().peekable();
         rows.retain_mut(|row| {
@@ -339,7 +340,7 @@ impl ClothContact {
     ) {
         let clock = Instant::now();
         let mut motion = Motion { velocity, inverse_mass: net.inverse_mass, bodies: &mut self.bodies };
-        self.islands.find(&self.rows, &motion);
+        self.islands.find(&self.rows, motion.bodies);
         let (sweeps, unresolved) = solve(&mut self.rows, &mut self.islands, &mut motion, task, first, &mut self.jammed);
         stats.sweeps = stats.sweeps.max(sweeps);
         stats.unresolved = stats.unresolved.max(unresolved);
@@ -434,7 +435,7 @@ impl ClothContact {
                 }
             }
             if row.push > 0.0 {
-                let held = (0..4).filter(|k| row.weights[*k] != 0.0 && net.inverse_mass[row.nodes[*k] as usize] == 0.0);
+                let held = row.places().filter(|k| net.inverse_mass[row.nodes[*k] as usize] == 0.0);
                 stats.held_impulse.extend(held.map(|k| (row.nodes[k], row.impulse() * row.weights[k])));
             }
         }

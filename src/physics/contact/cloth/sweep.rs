@@ -193,7 +193,7 @@ fn net_pair(scene: &Scene<'_>, pair: &Pair, distance: f64, hits: &mut Hits) {
     let near = nearest(pair.is_face, then);
     // Parallel edges meet with their ends too, and those have rows.
     if let Some(mut row) = narrow::row(scene.features, pair, &near, then) {
-        let apart: DVec3 = (0..4).map(|k| scene.position[row.nodes[k] as usize] * row.weights[k]).sum();
+        let apart: DVec3 = row.places().map(|k| scene.position[row.nodes[k] as usize] * row.weights[k]).sum();
         row.gap = allowed(apart.dot(row.normal), pair.thickness, wanted, NET);
         hits.list.push(Hit { share, row, hard: met.is_some() });
     }
