@@ -338,6 +338,7 @@ mod tests {
         let lists = [true, false].map(|cull| {
             let mut candidates = Candidates::new(&features);
             candidates.contours.sheets[0].usable &= cull;
+            candidates.begin(&x, &still);
             candidates.refer(1e-3, &x, &still, 4e-4);
             candidates.seek(&features, &laws, false);
             // What is left out must not be a touch, now or after every node has moved by its radius.
@@ -431,7 +432,8 @@ mod tests {
                 let node = ((step * 131 + k * 97) % (25 * 25)) as usize;
                 v[node] += DVec3::new(0.0, 0.2, 0.9 - 0.3 * f64::from(k));
             }
-            match watched.reference.watch(h, &x, &v, &mut stale) {
+            watched.begin(&x, &v);
+            match watched.reference.watch(h, &x, &v, &watched.frame, None, &mut stale) {
                 Verdict::All => {}
                 Verdict::Some => {
                     watched.stale.clone_from(&stale);
@@ -447,6 +449,7 @@ mod tests {
             x.iter_mut().zip(&v).for_each(|(x, v)| *x += h * *v);
             watched.reference.time += h;
             fresh.contours.sheets[0].usable = false;
+            fresh.begin(&x, &v);
             fresh.refer(0.0, &x, &v, skin);
             fresh.seek(&features, &laws, false);
             let (held, all) = (sorted(&watched, &x), sorted(&fresh, &x));

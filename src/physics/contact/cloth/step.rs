@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::super::stats::RuleTotals;
 use super::nearby::Ground;
-use super::reference::{Verdict, mean};
+use super::reference::Verdict;
 use super::response::{SETTLED, Task, book, gained, solve, take_bodies};
 use super::rows::{Motion, Row};
 use super::shapes::Pose;
@@ -48,6 +48,8 @@ impl ClothContact {
         take_bodies(bodies, &mut self.bodies);
         self.bodies_before.clone_from(&self.bodies);
         self.plot_courses(net.h, bodies);
+        self.candidates.begin(net.position, velocity);
+        self.turned.forget();
         self.keep_candidates(net, velocity, &mut stats, parallel);
         self.touch(net, velocity, bodies, &mut stats, parallel);
         self.prepare(net, velocity, true);
@@ -55,7 +57,6 @@ impl ClothContact {
         let mut clear = false;
         let mut first = 0;
         self.hits.clear();
-        self.turned.forget();
         while stats.rounds < self.settings.rounds.max(1) {
             stats.rounds += 1;
             self.respond(net, velocity, &task, first, &mut stats);
@@ -115,9 +116,10 @@ impl ClothContact {
     /// Makes the lists anew where they do not hold for this step. Returns the pair from which on they are new.
     fn keep_candidates(&mut self, net: Net<'_>, v: &[DVec3], stats: &mut ClothContactStats, parallel: bool) -> usize {
         let clock = Instant::now();
-        let Self { candidates, features, laws, settings, distances, .. } = self;
+        let Self { candidates, features, laws, settings, distances, turned, .. } = self;
         let mut stale = std::mem::take(&mut candidates.stale);
-        let verdict = candidates.reference.watch(net.h, net.position, v, &mut stale);
+        let frame = &candidates.frame;
+        let verdict = candidates.reference.watch(net.h, net.position, v, frame, turned.nodes(), &mut stale);
         candidates.stale = stale;
         let first_new = match verdict {
             Verdict::All => candidates.pairs.len(),
@@ -135,7 +137,7 @@ impl ClothContact {
                 0
             }
         };
-        self.keep_nearby(net, v, verdict == Verdict::Some);
+        self.keep_nearby(net.h, verdict == Verdict::Some);
         stats.pairs = self.candidates.pairs.len() + self.nearby.iter().map(|near| near.elements.len()).sum::<usize>();
         stats.seconds.candidates += clock.elapsed().as_secs_f64();
         first_new
@@ -143,9 +145,8 @@ impl ClothContact {
 
     /// Lists what is near bodies anew where the net was listed anew, or where a body left its berth; else adds what left
     /// its course.
-    fn keep_nearby(&mut self, net: Net<'_>, v: &[DVec3], renewed: bool) {
-        let centre = mean(net.position.iter().copied());
-        let drift = net.h * mean(v.iter().copied());
+    fn keep_nearby(&mut self, h: f64, renewed: bool) {
+        let (centre, drift) = (self.candidates.frame.centre, h * self.candidates.frame.drift);
         let all = self.berths.len() == self.courses.len();
         if !all {
             self.berths.clear();
@@ -360,10 +361,10 @@ impl ClothContact {
         parallel: bool,
     ) {
         self.plot_courses(net.h, bodies);
+        self.note_turned(velocity);
         let first_new = self.keep_candidates(net, velocity, stats, parallel);
         let clock = Instant::now();
         self.measure(net, velocity, first_new, None, stats, parallel);
-        self.note_turned(velocity);
         let mut room = std::mem::take(&mut self.hit_room);
         let mut hits = std::mem::take(&mut self.hits);
         let mut nearby = std::mem::take(&mut self.nearby);
