@@ -60,7 +60,7 @@ impl ClothContact {
         while stats.rounds < self.settings.rounds.max(1) {
             stats.rounds += 1;
             self.respond(net, velocity, &task, first, &mut stats);
-            if stats.rounds == 1 && (gained(&stats.rules) || !self.jammed.is_empty()) {
+            if stats.rounds == 1 && (self.laws.rebound && gained(&stats.rules) || !self.jammed.is_empty()) {
                 // Newton's restitution at several touches at once can raise the energy, or ask for too much: once more
                 // without it.
                 velocity.copy_from_slice(&self.before);
@@ -231,7 +231,7 @@ impl ClothContact {
         parallel: bool,
     ) {
         let clock = Instant::now();
-        let mut rows = std::mem::take(&mut self.rows);
+        let mut rows = std::mem::take(&mut self.unsorted);
         rows.clear();
         self.measure(net, velocity, 0, Some(&mut rows), stats, parallel);
         let mut nearby = std::mem::take(&mut self.nearby);
@@ -242,12 +242,24 @@ impl ClothContact {
         }
         (self.nearby, self.found) = (nearby, found);
         self.each_body_pair(bodies, |pair, skeletons| pair.rows(skeletons, &mut rows));
-        // Of two measures of one touch the nearer counts.
-        rows.sort_unstable_by(|p, q| p.key.cmp(&q.key).then(p.gap.total_cmp(&q.gap)).then(p.rule.cmp(&q.rule)));
-        rows.dedup_by_key(|row| row.key);
-        stats.deepest = rows.iter().map(|row| -row.gap).fold(0.0, f64::max);
-        self.rows = rows;
+        self.take_sorted(&rows);
+        self.unsorted = rows;
+        stats.deepest = self.rows.iter().map(|row| -row.gap).fold(0.0, f64::max);
         stats.seconds.narrow += clock.elapsed().as_secs_f64();
+    }
+
+    /// Takes each touch once, by the ids of its features; of two measures of one touch the nearer counts.
+    fn take_sorted(&mut self, found: &[Row]) {
+        let Self { rows, order, .. } = self;
+        order.clear();
+        order.extend(found.iter().enumerate().map(|(k, row)| (row.key, k as u32)));
+        order.sort_unstable_by(|p, q| {
+            let [a, b] = [&found[p.1 as usize], &found[q.1 as usize]];
+            p.0.cmp(&q.0).then_with(|| a.gap.total_cmp(&b.gap).then(a.rule.cmp(&b.rule)).then(p.1.cmp(&q.1)))
+        });
+        order.dedup_by_key(|of| of.0);
+        rows.clear();
+        rows.extend(order.iter().map(|of| found[of.1 as usize]));
     }
 
     /// Distances of all candidates from one on, and rows of those within reach where they are asked for.
@@ -330,7 +342,8 @@ impl ClothContact {
         }
     }
 
-    /// Solves the islands that have a row from `first` on, and books all rows where they are solved for the first time.
+    /// Solves the islands that have a row from `first` on; where something may rebound, all rows are booked when they are
+    /// solved for the first time.
     fn respond(
         &mut self,
         net: Net<'_>,
@@ -345,7 +358,7 @@ impl ClothContact {
         let (sweeps, unresolved) = solve(&mut self.rows, &mut self.islands, &mut motion, task, first, &mut self.jammed);
         stats.sweeps = stats.sweeps.max(sweeps);
         stats.unresolved = stats.unresolved.max(unresolved);
-        if first == 0 {
+        if first == 0 && self.laws.rebound {
             book(&self.rows, (&self.before, &self.bodies_before), &motion, task, &mut stats.rules);
         }
         stats.seconds.response += clock.elapsed().as_secs_f64();
