@@ -215,7 +215,7 @@ impl Candidates {
                     let mut first = None;
                     for &f in with {
                         if wanted(e, f) && boxes[e as usize].meets(&boxes[f as usize]) {
-                            let (seen, common) = first.get_or_insert_with(|| Seen::first(features, reference, e));
+                            let (seen, common) = first.get_or_insert_with(|| Seen::first(features, reference, only, e));
                             Seeker { features, reference, rule: leaf.rule, only, found }.seek(seen, *common, f);
                         }
                     }

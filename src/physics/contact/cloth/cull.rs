@@ -58,6 +58,8 @@ pub(super) struct Contours {
     /// Branches, and pairs of branches, found clear since the start.
     pub cleared: usize,
     sheets: Vec<Sheet>,
+    /// Of each element.
+    flats: Vec<Flat>,
     union: Vec<[u32; 2]>,
     walk: Vec<[u32; 2]>,
     flat: Vec<DVec2>,
@@ -67,19 +69,24 @@ pub(super) struct Contours {
 
 impl Contours {
     pub fn new(features: &Features, trees: &[Tree]) -> Self {
-        Self { sheets: trees.iter().map(|tree| Sheet::new(features, tree)).collect(), ..Self::default() }
+        Self {
+            sheets: trees.iter().map(|tree| Sheet::new(features, tree)).collect(),
+            flats: features.elements.iter().map(|e| Flat::new(e.nodes.map(|n| features.rest[n as usize]))).collect(),
+            ..Self::default()
+        }
     }
 
     /// Takes the cones of a part for the courses as they are; of marked branches only where asked.
     pub fn watch(&mut self, features: &Features, tree: &Tree, part: u32, reference: &Reference, marked: bool) {
-        let sheet = &mut self.sheets[part as usize];
+        let Self { sheets, flats, .. } = self;
+        let sheet = &mut sheets[part as usize];
         if !sheet.usable {
             return;
         }
         let cones = &mut sheet.cones;
         let mut one = |b: u32| {
             cones[b as usize] = if tree.is_leaf(b) {
-                let faces = tree.elements(b).iter().map(|&e| face(features, reference, e));
+                let faces = tree.elements(b).iter().map(|&e| face(&features.elements[e as usize].nodes, &flats[e as usize], reference));
                 faces.reduce(Cone::with).unwrap_or(Cone::NONE)
             } else {
                 let [l, r] = tree.children(b);
@@ -229,35 +236,52 @@ impl Sheet {
 
 /// Normal of a face, and how far it may lean while the lists hold. Moves of at most r, the common one left out, change a
 /// plane's slope and a stretch by at most 2r over the face's least width.
-fn face(features: &Features, reference: &Reference, e: u32) -> Cone {
-    let nodes = features.elements[e as usize].nodes;
+fn face(nodes: &[u32; 3], flat: &Flat, reference: &Reference) -> Cone {
     let [a, b, c] = nodes.map(|n| reference.place(n));
     let ahead = nodes.map(|n| reference.ahead(n));
     let common = (ahead[0] + ahead[1] + ahead[2]) / 3.0;
-    let own = ahead.into_iter().map(|d| (d - common).length()).fold(0.0, f64::max);
-    let radius = own + nodes.into_iter().map(|n| reference.radius[n as usize]).fold(0.0, f64::max);
-    let [p, q, r] = nodes.map(|n| features.rest[n as usize]);
-    let width = |a: DVec3, b: DVec3, c: DVec3| {
-        let longest = (b - a).length().max((c - b).length()).max((a - c).length());
-        (b - a).cross(c - a).length() / longest
-    };
-    let least = width(a, b, c) - 2.0 * radius;
-    let stretch = least_stretch([b - a, c - a], [q - p, r - p]) - 2.0 * radius / width(p, q, r);
-    let normal = (b - a).cross(c - a).try_normalize();
-    match normal {
-        Some(axis) if least > 0.0 && stretch >= SQUEEZED => Cone { axis, angle: 2.0 * radius / least },
-        _ => Cone::NONE,
+    let own = ahead.into_iter().map(|d| (d - common).length_squared()).fold(0.0, f64::max).sqrt();
+    let radius = own + nodes.iter().map(|n| reference.radius[*n as usize]).fold(0.0, f64::max);
+    let (p, q, r) = (b - a, c - a, c - b);
+    let normal = p.cross(q);
+    let size = normal.length();
+    let longest = p.length_squared().max(r.length_squared()).max(q.length_squared()).sqrt();
+    let least = size / longest - 2.0 * radius;
+    if least > 0.0 && flat.keeps(p, q, SQUEEZED + 2.0 * radius / flat.width) {
+        Cone { axis: normal / size, angle: 2.0 * radius / least }
+    } else {
+        Cone::NONE
     }
 }
 
-/// The smaller principal stretch of a triangle from its sides now and in the material.
-fn least_stretch([p, q]: [DVec3; 2], [p0, q0]: [DVec3; 2]) -> f64 {
-    let (a, b, c) = (p.length_squared(), p.dot(q), q.length_squared());
-    let (a0, b0, c0) = (p0.length_squared(), p0.dot(q0), q0.length_squared());
-    let size = a0 * c0 - b0 * b0;
-    let half = 0.5 * (c0 * a - 2.0 * b0 * b + a0 * c) / size;
-    let product = (a * c - b * b) / size;
-    (half - (half * half - product).max(0.0).sqrt()).max(0.0).sqrt()
+/// A face in the material.
+#[derive(Clone, Copy, Default)]
+struct Flat {
+    /// Least width, m.
+    width: f64,
+    /// Squares and product of two sides, over their determinant, 1/m²; and one over that, 1/m⁴.
+    metric: [f64; 3],
+    inverse: f64,
+}
+
+impl Flat {
+    fn new([a, b, c]: [DVec3; 3]) -> Self {
+        let (p, q) = (b - a, c - a);
+        let longest = p.length().max((c - b).length()).max(q.length());
+        let (pp, pq, qq) = (p.length_squared(), p.dot(q), q.length_squared());
+        let inverse = 1.0 / (pp * qq - pq * pq);
+        Self { width: p.cross(q).length() / longest, metric: [pp * inverse, pq * inverse, qq * inverse], inverse }
+    }
+
+    /// Whether no stretch of the face with its sides now at `p` and `q` (m) is under `least`: both roots of the characteristic
+    /// polynomial of the squared stretches lie over its square.
+    fn keeps(&self, p: DVec3, q: DVec3, least: f64) -> bool {
+        let (a, b, c) = (p.length_squared(), p.dot(q), q.length_squared());
+        let half = 0.5 * (self.metric[2] * a - 2.0 * self.metric[1] * b + self.metric[0] * c);
+        let product = (a * c - b * b) * self.inverse;
+        let square = least * least;
+        half >= square && product - 2.0 * half * square + square * square >= 0.0
+    }
 }
 
 /// Takes out sides that run both ways.
