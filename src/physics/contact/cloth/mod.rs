@@ -6,6 +6,7 @@
 
 mod begin;
 mod candidates;
+mod cone;
 mod cull;
 mod cut;
 mod edges;

@@ -282,7 +282,14 @@ impl NearElement {
     /// The same over the whole step, whose paths are straight in the scene: how far they bend in the body's axes is less than
     /// an eighth of their second derivative.
     #[inline]
-    pub fn clears_over(&self, nodes: &[NearNode], course: &Course, start: [DVec3; 3], end: [DVec3; 3], least: f64) -> bool {
+    pub fn clears_over(
+        &self,
+        nodes: &[NearNode],
+        course: &Course,
+        start: [DVec3; 3],
+        end: [DVec3; 3],
+        least: f64,
+    ) -> bool {
         let turning = course.turning.length();
         let bend = if turning == 0.0 {
             0.0

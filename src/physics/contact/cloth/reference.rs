@@ -135,7 +135,15 @@ impl Reference {
 
     /// Gives all nodes new courses. `pairs` and `elements` are those of the last search, by which the window is chosen: a
     /// longer one searches less often and measures more pairs.
-    pub fn refer(&mut self, h: f64, x: &[DVec3], v: &[DVec3], frame: &Frame, room: &Room<'_>, [pairs, elements]: [usize; 2]) {
+    pub fn refer(
+        &mut self,
+        h: f64,
+        x: &[DVec3],
+        v: &[DVec3],
+        frame: &Frame,
+        room: &Room<'_>,
+        [pairs, elements]: [usize; 2],
+    ) {
         let first = self.position.len() != x.len();
         let lasted = if h > 0.0 { self.time / h } else { 0.0 };
         self.window = if first {

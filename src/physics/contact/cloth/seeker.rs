@@ -65,12 +65,7 @@ impl<'a> Seen<'a> {
     }
 
     /// The first element of pairs, and its mean motion, m.
-    pub fn first(
-        features: &'a Features,
-        reference: &Reference,
-        only: Option<&[bool]>,
-        id: u32,
-    ) -> (Self, DVec3) {
+    pub fn first(features: &'a Features, reference: &Reference, only: Option<&[bool]>, id: u32) -> (Self, DVec3) {
         let [a, b, c] = features.elements[id as usize].nodes.map(|n| reference.ahead(n));
         let common = (a + b + c) / 3.0;
         (Self::new(features, reference, only, id, common), common)
