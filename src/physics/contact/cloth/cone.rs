@@ -32,6 +32,10 @@ impl Bounds {
     pub fn of(width: f64, thickness: f64) -> Self {
         if Self::KEPT * width >= thickness { Self::COARSE } else { Self::FINE }
     }
+
+    pub fn is_coarse(&self) -> bool {
+        self.notches
+    }
 }
 
 /// Normals of a stretch: within `angle` rad of `axis`; an infinite angle where it may not be culled.

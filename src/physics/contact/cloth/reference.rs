@@ -7,6 +7,7 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+use super::cone::Bounds;
 use super::features::Features;
 
 /// Courses of all nodes, in the frame of the net's mean; the lists follow from them alone.
@@ -39,11 +40,17 @@ pub(super) enum Verdict {
 const SMALL: f64 = 0.06;
 const THICK: f64 = 2.0;
 
+/// Distance of touching as a share of the skin.
+const THICKNESS: f64 = 0.5;
+
 /// A course that lasted fewer steps than the first number doubles the radius, one that lasted more than the second halves it;
 /// the largest radius is that many steps' path and half a skin.
 const SHORT: f64 = 3.0;
 const LONG: f64 = 12.0;
 const AHEAD: f64 = 4.0;
+
+/// Most of the radius as a share of that width where elements are so coarse that culling copes with what lies beside them.
+const CALM: f64 = 0.08;
 
 /// Steps from a full search to its horizon at first, at least and at most.
 const WINDOW: f64 = 8.0;
@@ -195,7 +202,11 @@ pub(super) struct Room<'a> {
 impl Room<'_> {
     fn radius(&self, n: usize, last: Option<f64>, h: f64, age: f64, velocity: DVec3) -> f64 {
         let small = (SMALL * self.width[n]).min(THICK * self.skin);
-        let most = small.max(0.5 * self.skin + AHEAD * h * velocity.length());
+        let mut most = 0.5 * self.skin + AHEAD * h * velocity.length();
+        if Bounds::of(self.width[n], THICKNESS * self.skin).is_coarse() {
+            most = most.min(CALM * self.width[n]);
+        }
+        let most = small.max(most);
         let last = last.unwrap_or(small);
         let wanted = if age < SHORT * h {
             2.0 * last
