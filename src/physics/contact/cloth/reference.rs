@@ -50,7 +50,7 @@ const LONG: f64 = 12.0;
 const AHEAD: f64 = 4.0;
 
 /// Most of the radius as a share of that width where elements are so coarse that culling copes with what lies beside them.
-const CALM: f64 = 0.08;
+const CALM: f64 = 0.10;
 
 /// Steps from a full search to its horizon at first, at least and at most.
 const WINDOW: f64 = 8.0;
