@@ -9,7 +9,7 @@ use super::features::Element;
 use super::law::ClothSide;
 use super::narrow::{nearest, row};
 use super::nearby::{Berth, Nearby};
-use super::reference::mean;
+
 use super::rows::{Key, Rigid};
 use super::shapes::{Pose, element_near};
 use super::zones::course;
@@ -93,6 +93,7 @@ impl ClothContact {
             return None;
         }
         let still = vec![DVec3::ZERO; position.len()];
+        self.candidates.begin(position, &still);
         self.candidates.refer(0.0, position, &still, self.settings.skin);
         self.candidates.seek(&self.features, &self.laws, false);
         let found = self
@@ -111,7 +112,7 @@ impl ClothContact {
         response::take_bodies(bodies, &mut rigid);
         self.berths.clear();
         self.berth_centres.clear();
-        let centre = mean(position.iter().copied());
+        let centre = self.candidates.frame.centre;
         for b in 0..rigid.len() {
             let pose = Pose { position: bodies.position[b], turn: bodies.turn[b] };
             let rests = course(pose, DVec3::ZERO, DVec3::ZERO, DVec3::ZERO, self.radii[b], 0.0);

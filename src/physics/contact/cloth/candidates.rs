@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::features::Features;
 use super::law::Laws;
-use super::reference::{Reference, Room, widths};
+use super::reference::{Frame, Reference, Room, widths};
 use super::seeker::{Seeker, Seen};
 use super::tree::{Aabb, Tree};
 
@@ -33,6 +33,8 @@ pub(super) struct Candidates {
     pub trees: Vec<Tree>,
     pub pairs: Vec<Pair>,
     pub reference: Reference,
+    /// Of the step under way.
+    pub frame: Frame,
     /// Nodes that left their course, and the elements at them.
     pub stale: Vec<u32>,
     pub stale_elements: Vec<u32>,
@@ -76,10 +78,15 @@ impl Candidates {
         Self { trees, contours, width: widths(features), first, around, is_stale, has_stale, ..Self::default() }
     }
 
+    /// Chooses the frame in which a step from `x` (m) with the velocities `v` (m/s) is seen.
+    pub fn begin(&mut self, x: &[DVec3], v: &[DVec3]) {
+        self.frame = Frame::of(x, v);
+    }
+
     /// Gives all nodes new courses, on which the lists are to be made.
     pub fn refer(&mut self, h: f64, x: &[DVec3], v: &[DVec3], skin: f64) {
         let room = Room { width: &self.width, skin };
-        self.reference.refer(h, x, v, &room, [self.pairs.len(), self.boxes.len()]);
+        self.reference.refer(h, x, v, &self.frame, &room, [self.pairs.len(), self.boxes.len()]);
     }
 
     /// Makes the lists for the courses as they are.
@@ -114,7 +121,7 @@ impl Candidates {
         parallel: bool,
     ) -> usize {
         let room = Room { width: &self.width, skin };
-        self.reference.renew(h, x, v, &room, &self.stale);
+        self.reference.renew(h, x, v, &self.frame, &room, &self.stale);
         self.stale.iter().for_each(|n| self.is_stale[*n as usize] = true);
         self.forget_pairs(distances);
         let stayed = self.pairs.len();
@@ -208,7 +215,7 @@ impl Candidates {
                     let mut first = None;
                     for &f in with {
                         if wanted(e, f) && boxes[e as usize].meets(&boxes[f as usize]) {
-                            let (seen, common) = first.get_or_insert_with(|| Seen::first(features, reference, e));
+                            let (seen, common) = first.get_or_insert_with(|| Seen::first(features, reference, only, e));
                             Seeker { features, reference, rule: leaf.rule, only, found }.seek(seen, *common, f);
                         }
                     }

@@ -1,50 +1,28 @@
 //! Self-contact culling: a stretch of cloth whose normals keep close to one direction, that is not squeezed together and
 //! whose outline, seen along that direction, keeps clear of itself, cannot touch itself (Volino & Magnenat-Thalmann 1994).
 //!
-//! All three are asked for with room for what every node may move while the lists hold, and sharply enough that no two
-//! of its features come nearer than half of their distance in the material: nothing that would be a touch is left out.
+//! All three are asked for with room for what every node may move while the lists hold, and sharply enough that no two of its
+//! features come so near that they touch ([`Bounds`]): nothing that would be a touch is left out.
 
 use glam::{DVec2, DVec3};
 
-use super::features::Features;
+use super::cone::{Bounds, Cone, Flat};
+use super::features::{Element, Features};
 use super::narrow::closing;
 use super::reference::Reference;
 use super::tree::Tree;
 use crate::geometry::segments::closest_on_segments;
 
-/// Most that normals may lean from the common direction, rad; least stretch (1); cosine of the narrowest notch of the
-/// outline, 80°. Their bounds on a distance multiply: cos 0.35 · 0.84 · sin 40° > ½.
-const LEAN: f64 = 0.35;
-const SQUEEZED: f64 = 0.84;
+/// Cosine of the narrowest notch of the outline, 80°.
 const NOTCH: f64 = 0.17;
 
-/// Normals of a stretch: within `angle` rad of `axis`; an infinite angle where it may not be culled.
-#[derive(Clone, Copy, Debug)]
-struct Cone {
-    axis: DVec3,
-    angle: f64,
-}
-
-impl Cone {
-    const NONE: Self = Self { axis: DVec3::Z, angle: f64::INFINITY };
-
-    fn with(self, other: Self) -> Self {
-        // Too wide for culling already: no more need be known.
-        if !(self.angle <= LEAN && other.angle <= LEAN) {
-            return Self::NONE;
-        }
-        // An arc over a chord c ≤ 1 is no longer than c + c³/20.
-        let arc = |c: f64| if c <= 1.0 { c + 0.05 * c * c * c } else { f64::INFINITY };
-        let angle = |axis: DVec3, to: Self| arc((axis - to.axis).length()) + to.angle;
-        let axis = (self.axis + other.axis).normalize_or(self.axis);
-        Self { axis, angle: angle(axis, self).max(angle(axis, other)) }
-    }
-}
+/// By how much both sides of a notch may turn together where nodes leave their courses, rad, where that is asked for.
+const TURN: f64 = 0.5;
 
 /// Outlines of one part's branches, and their cones at the reference.
-#[derive(Default)]
 struct Sheet {
     usable: bool,
+    bounds: Bounds,
     /// Directed sides without a twin in the branch, from `first[b]` on for branch `b`.
     sides: Vec<[u32; 2]>,
     first: Vec<u32>,
@@ -58,32 +36,41 @@ pub(super) struct Contours {
     /// Branches, and pairs of branches, found clear since the start.
     pub cleared: usize,
     sheets: Vec<Sheet>,
+    /// Of each element.
+    flats: Vec<Flat>,
     union: Vec<[u32; 2]>,
     walk: Vec<[u32; 2]>,
-    flat: Vec<DVec2>,
-    reach: Vec<f64>,
-    order: Vec<u32>,
+    corners: Vec<Corner>,
+    order: Vec<(f64, u32)>,
 }
 
 impl Contours {
     pub fn new(features: &Features, trees: &[Tree]) -> Self {
-        Self { sheets: trees.iter().map(|tree| Sheet::new(features, tree)).collect(), ..Self::default() }
+        Self {
+            sheets: trees.iter().enumerate().map(|(p, tree)| Sheet::new(features, tree, p)).collect(),
+            flats: features.elements.iter().map(|e| Flat::new(e.nodes.map(|n| features.rest[n as usize]))).collect(),
+            ..Self::default()
+        }
     }
 
     /// Takes the cones of a part for the courses as they are; of marked branches only where asked.
     pub fn watch(&mut self, features: &Features, tree: &Tree, part: u32, reference: &Reference, marked: bool) {
-        let sheet = &mut self.sheets[part as usize];
+        let Self { sheets, flats, .. } = self;
+        let sheet = &mut sheets[part as usize];
         if !sheet.usable {
             return;
         }
-        let cones = &mut sheet.cones;
+        let Sheet { cones, bounds, .. } = sheet;
+        let both = |p: Cone, q: Cone| p.with(q, bounds.lean);
         let mut one = |b: u32| {
             cones[b as usize] = if tree.is_leaf(b) {
-                let faces = tree.elements(b).iter().map(|&e| face(features, reference, e));
-                faces.reduce(Cone::with).unwrap_or(Cone::NONE)
+                let of_face = |&e: &u32| {
+                    Cone::of_face(&features.elements[e as usize].nodes, &flats[e as usize], reference, bounds)
+                };
+                tree.elements(b).iter().map(of_face).reduce(both).unwrap_or(Cone::NONE)
             } else {
                 let [l, r] = tree.children(b);
-                cones[l as usize].with(cones[r as usize])
+                both(cones[l as usize], cones[r as usize])
             };
         };
         if marked {
@@ -99,8 +86,10 @@ impl Contours {
         if !sheet.usable {
             return false;
         }
-        let cone = if a == b { sheet.cones[a as usize] } else { sheet.cones[a as usize].with(sheet.cones[b as usize]) };
-        if cone.angle.is_nan() || cone.angle > LEAN {
+        let Bounds { lean, notches, .. } = sheet.bounds;
+        let cone =
+            if a == b { sheet.cones[a as usize] } else { sheet.cones[a as usize].with(sheet.cones[b as usize], lean) };
+        if cone.angle.is_nan() || cone.angle > lean {
             return false;
         }
         self.union.clear();
@@ -114,61 +103,66 @@ impl Contours {
                 return false;
             }
         }
-        let simple = self.is_simple(cone.axis, 2.0 * features.half_thickness[part as usize], reference);
+        let simple = self.is_simple(cone.axis, 2.0 * features.half_thickness[part as usize], notches, reference);
         self.cleared += usize::from(simple);
         simple
     }
 
-    /// Whether the outline is one loop that, seen along `axis`, keeps clear of itself by `margin` (m) to the horizon.
-    fn is_simple(&mut self, axis: DVec3, margin: f64, reference: &Reference) -> bool {
-        let Self { union, walk, flat, order, reach, .. } = self;
+    /// Whether the outline is one loop that, seen along `axis`, keeps clear of itself by `margin` (m) to the horizon. Where
+    /// `notches` is set they stay wide, too, wherever the nodes go.
+    fn is_simple(&mut self, axis: DVec3, margin: f64, notches: bool, reference: &Reference) -> bool {
+        let Self { union, walk, corners, order, .. } = self;
         if !into_loop(union, walk) {
             return false;
         }
         let e = axis.any_orthonormal_vector();
         let f = axis.cross(e);
-        flat.clear();
-        flat.extend(union.iter().map(|side| {
-            let x = reference.place(side[0]);
-            DVec2::new(x.dot(e), x.dot(f))
+        let flat = |x: DVec3| DVec2::new(x.dot(e), x.dot(f));
+        // Seen from the outline's first corner: what all share moves nothing.
+        let common = reference.ahead(union[0][0]);
+        corners.clear();
+        corners.extend(union.iter().map(|side| {
+            let now = flat(reference.place(side[0]));
+            let radius = reference.radius[side[0] as usize];
+            Corner { at: [now, now + flat(reference.ahead(side[0]) - common)], radius }
         }));
-        let n = flat.len();
+        let n = corners.len();
         // Seen against the axis an outline runs anticlockwise, or it is none.
-        let area: f64 = (0..n).map(|k| (flat[k] - flat[0]).perp_dot(flat[(k + 1) % n] - flat[0])).sum();
-        let notched = (0..n).any(|k| {
-            let (before, after) = (flat[(k + n - 1) % n] - flat[k], flat[(k + 1) % n] - flat[k]);
-            before.perp_dot(after) > 0.0 && before.dot(after) > NOTCH * before.length() * after.length()
-        });
-        if area <= 0.0 || notched {
+        let area = |t: usize| -> f64 {
+            let x = |k: usize| corners[k % n].at[t] - corners[0].at[t];
+            (0..n).map(|k| x(k).perp_dot(x(k + 1))).sum()
+        };
+        if area(0) <= 0.0 || area(1) <= 0.0 {
             return false;
         }
-        // How far each corner may go, the common motion of the outline left out.
-        let common = union.iter().map(|side| reference.ahead(side[0])).sum::<DVec3>() / n as f64;
-        reach.clear();
-        reach.extend(union.iter().map(|side| {
-            reference.radius[side[0] as usize] + (reference.ahead(side[0]) - common).length() + 0.5 * margin
-        }));
-        let ends = |k: u32| [flat[k as usize], flat[(k as usize + 1) % n]];
-        let reach = |k: u32| reach[k as usize].max(reach[(k as usize + 1) % n]);
-        order.clear();
-        order.extend(0..n as u32);
-        let low = |k: u32| flat[k as usize].x.min(flat[(k as usize + 1) % n].x) - reach(k);
-        order.sort_unstable_by(|p, q| low(*p).total_cmp(&low(*q)).then(p.cmp(q)));
-        for (i, &k) in order.iter().enumerate() {
+        if (0..n).any(|k| is_notched([corners[(k + n - 1) % n], corners[k], corners[(k + 1) % n]], notches)) {
+            return false;
+        }
+        let ends = |k: u32| [corners[k as usize], corners[(k as usize + 1) % n]];
+        let around = |k: u32| {
             let [p, q] = ends(k);
-            let (high, bottom, top) = (p.x.max(q.x) + reach(k), p.y.min(q.y) - reach(k), p.y.max(q.y) + reach(k));
-            for &l in &order[i + 1..] {
-                if low(l) > high {
+            let room = p.radius.max(q.radius) + 0.5 * margin;
+            let low = p.at[0].min(p.at[1]).min(q.at[0].min(q.at[1])) - room;
+            (low, p.at[0].max(p.at[1]).max(q.at[0].max(q.at[1])) + room)
+        };
+        order.clear();
+        order.extend((0..n as u32).map(|k| (around(k).0.x, k)));
+        order.sort_unstable_by(|p, q| p.0.total_cmp(&q.0).then(p.1.cmp(&q.1)));
+        for (i, &(_, k)) in order.iter().enumerate() {
+            let (low, high) = around(k);
+            for &(left, l) in &order[i + 1..] {
+                if left > high.x {
                     break;
                 }
-                let [r, s] = ends(l);
                 let apart = (k as usize + n - l as usize) % n;
-                if apart <= 1 || apart == n - 1 || r.y.min(s.y) - reach(l) > top || r.y.max(s.y) + reach(l) < bottom {
+                if apart <= 1 || apart == n - 1 {
                     continue;
                 }
-                let [p, q, r, s] = [p, q, r, s].map(|x| x.extend(0.0));
-                let distance = closest_on_segments(p, q, r, s).delta.length();
-                if distance <= reach(k) + reach(l) && distance <= margin + closes(union, [k, l], reference) {
+                let (bottom, top) = around(l);
+                if bottom.y > high.y || top.y < low.y {
+                    continue;
+                }
+                if nearest_over([ends(k), ends(l)], reference, union, [k, l]) <= margin {
                     return false;
                 }
             }
@@ -177,15 +171,48 @@ impl Contours {
     }
 }
 
-/// By how much two sides of an outline may close to the horizon, m.
-fn closes(outline: &[[u32; 2]], sides: [u32; 2], reference: &Reference) -> f64 {
-    let [[a, b], [c, d]] = sides.map(|k| outline[k as usize]);
-    let radius = |a: u32, b: u32| reference.radius[a as usize].max(reference.radius[b as usize]);
-    closing(false, [a, b, c, d].map(|n| reference.ahead(n))) + radius(a, b) + radius(c, d)
+/// A corner of an outline, seen along its axis.
+#[derive(Clone, Copy, Debug)]
+struct Corner {
+    /// Now and at the horizon, m; the corner goes straight between them.
+    at: [DVec2; 2],
+    /// How far it may be from there, m.
+    radius: f64,
+}
+
+/// Whether the outline has too narrow a notch at the second of three corners, at any time to the horizon: each of the two
+/// sides turns straight from its first to its last direction.
+fn is_notched([last, here, next]: [Corner; 3], keep: bool) -> bool {
+    let side = |to: &Corner, t: usize| to.at[t] - here.at[t];
+    let turns = |to: &Corner| side(to, 0).dot(side(to, 1)) <= 0.0;
+    if turns(&last) || turns(&next) {
+        return true;
+    }
+    [(0, 0), (0, 1), (1, 0), (1, 1)].into_iter().any(|(s, t)| {
+        let (before, after) = (side(&last, s), side(&next, t));
+        before.perp_dot(after) > 0.0 && {
+            let (b, a) = (before.length(), after.length());
+            let play = (last.radius + here.radius) / b + (next.radius + here.radius) / a;
+            before.dot(after) > NOTCH * b * a || keep && play > TURN
+        }
+    })
+}
+
+/// What two sides of an outline may be apart from now to the horizon, or less: neither end of that time tells more than the
+/// path from it to the other one takes away.
+fn nearest_over(sides: [[Corner; 2]; 2], reference: &Reference, outline: &[[u32; 2]], at: [u32; 2]) -> f64 {
+    let apart = |t: usize| {
+        let [[p, q], [r, s]] = sides.map(|side| side.map(|corner| corner.at[t].extend(0.0)));
+        closest_on_segments(p, q, r, s).delta.length()
+    };
+    let [[a, b], [c, d]] = at.map(|k| outline[k as usize]);
+    let closing = closing(false, [a, b, c, d].map(|n| reference.ahead(n)));
+    let radii: f64 = sides.iter().map(|[p, q]| p.radius.max(q.radius)).sum();
+    0.5 * (apart(0) + apart(1) - closing) - radii
 }
 
 impl Sheet {
-    fn new(features: &Features, tree: &Tree) -> Self {
+    fn new(features: &Features, tree: &Tree, part: usize) -> Self {
         let faces = tree.order.iter().map(|&e| &features.elements[e as usize]);
         let mut all: Vec<[u32; 2]> = Vec::new();
         for face in faces.clone() {
@@ -195,7 +222,11 @@ impl Sheet {
         all.sort_unstable();
         let oriented = all.windows(2).all(|w| w[0] != w[1]);
         let usable = oriented && !tree.order.is_empty() && faces.clone().all(|face| face.is_face());
-        let mut sheet = Self { usable, ..Self::default() };
+        let width = |f: &Element| Flat::new(f.nodes.map(|n| features.rest[n as usize])).width;
+        let least = faces.clone().filter(|f| f.is_face()).map(width).fold(f64::INFINITY, f64::min);
+        let bounds = Bounds::of(least, 2.0 * features.half_thickness[part]);
+        let (sides, first, count, cones) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let mut sheet = Self { usable, bounds, sides, first, count, cones };
         if !usable {
             return sheet;
         }
@@ -225,39 +256,6 @@ impl Sheet {
         let first = self.first[b as usize] as usize;
         &self.sides[first..first + self.count[b as usize] as usize]
     }
-}
-
-/// Normal of a face, and how far it may lean while the lists hold. Moves of at most r, the common one left out, change a
-/// plane's slope and a stretch by at most 2r over the face's least width.
-fn face(features: &Features, reference: &Reference, e: u32) -> Cone {
-    let nodes = features.elements[e as usize].nodes;
-    let [a, b, c] = nodes.map(|n| reference.place(n));
-    let ahead = nodes.map(|n| reference.ahead(n));
-    let common = (ahead[0] + ahead[1] + ahead[2]) / 3.0;
-    let own = ahead.into_iter().map(|d| (d - common).length()).fold(0.0, f64::max);
-    let radius = own + nodes.into_iter().map(|n| reference.radius[n as usize]).fold(0.0, f64::max);
-    let [p, q, r] = nodes.map(|n| features.rest[n as usize]);
-    let width = |a: DVec3, b: DVec3, c: DVec3| {
-        let longest = (b - a).length().max((c - b).length()).max((a - c).length());
-        (b - a).cross(c - a).length() / longest
-    };
-    let least = width(a, b, c) - 2.0 * radius;
-    let stretch = least_stretch([b - a, c - a], [q - p, r - p]) - 2.0 * radius / width(p, q, r);
-    let normal = (b - a).cross(c - a).try_normalize();
-    match normal {
-        Some(axis) if least > 0.0 && stretch >= SQUEEZED => Cone { axis, angle: 2.0 * radius / least },
-        _ => Cone::NONE,
-    }
-}
-
-/// The smaller principal stretch of a triangle from its sides now and in the material.
-fn least_stretch([p, q]: [DVec3; 2], [p0, q0]: [DVec3; 2]) -> f64 {
-    let (a, b, c) = (p.length_squared(), p.dot(q), q.length_squared());
-    let (a0, b0, c0) = (p0.length_squared(), p0.dot(q0), q0.length_squared());
-    let size = a0 * c0 - b0 * b0;
-    let half = 0.5 * (c0 * a - 2.0 * b0 * b + a0 * c) / size;
-    let product = (a * c - b * b) / size;
-    (half - (half * half - product).max(0.0).sqrt()).max(0.0).sqrt()
 }
 
 /// Takes out sides that run both ways.
@@ -307,152 +305,4 @@ fn into_loop(sides: &mut [[u32; 2]], walk: &mut Vec<[u32; 2]>) -> bool {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::candidates::Candidates;
-    use super::super::law::{ClothRule, ClothSide, Laws};
-    use super::super::narrow::nearest;
-    use super::super::reference::Verdict;
-    use super::super::{Features, Part};
-    use super::*;
-
-    const CELL: f64 = 0.01;
-
-    /// A sheet of n² cells bent by `bend`, and its lists with and without culling.
-    fn lists(n: u32, bend: impl Fn(DVec3) -> DVec3) -> ([Vec<super::super::candidates::Pair>; 2], usize) {
-        let id = |i: u32, j: u32| j * (n + 1) + i;
-        let rest: Vec<DVec3> =
-            (0..=n).flat_map(|j| (0..=n).map(move |i| CELL * DVec3::new(i.into(), j.into(), 0.0))).collect();
-        let mut part = Part { half_thickness: 2e-4, ..Part::default() };
-        for j in 0..n {
-            for i in 0..n {
-                let [a, b, c, d] = [id(i, j), id(i + 1, j), id(i + 1, j + 1), id(i, j + 1)];
-                part.triangles.extend([[a, b, c], [a, c, d]]);
-            }
-        }
-        let x: Vec<DVec3> = rest.iter().map(|x| bend(*x)).collect();
-        let still = vec![DVec3::ZERO; x.len()];
-        let features = Features::new(&[part], rest).expect("a sheet");
-        let rule = ClothRule { between: [ClothSide::Part(0); 2], restitution: 0.0, at_rest: 0.0, sliding: 0.0 };
-        let laws = Laws::new(&[rule], 1, 0);
-        let mut cleared = 0;
-        let lists = [true, false].map(|cull| {
-            let mut candidates = Candidates::new(&features);
-            candidates.contours.sheets[0].usable &= cull;
-            candidates.refer(1e-3, &x, &still, 4e-4);
-            candidates.seek(&features, &laws, false);
-            // What is left out must not be a touch, now or after every node has moved by its radius.
-            candidates.pairs.retain(|pair| {
-                let distance = nearest(pair.is_face, pair.nodes.map(|n| x[n as usize])).delta.length();
-                distance < pair.thickness + 4e-4
-            });
-            candidates.pairs.sort_by_key(|p| (p.is_face, p.features));
-            cleared += candidates.contours.cleared;
-            candidates.pairs.clone()
-        });
-        (lists, cleared)
-    }
-
-    #[test]
-    fn a_flat_sheet_is_clear_as_a_whole() {
-        let ([culled, all], cleared) = lists(16, |x| x);
-        assert!(culled.is_empty() && all.is_empty());
-        assert_eq!(cleared, 1, "one look at the outline is enough");
-    }
-
-    /// Folds of many radii, a cone of paper, a spiral and a sheet crumpled by waves: culling leaves out no touch.
-    #[test]
-    fn culling_leaves_out_no_touch() {
-        let (mut found, mut clear) = (0, 0);
-        for radius in [4e-4, 1e-3, 3e-3, 0.01, 0.03] {
-            let fold = |x: DVec3| {
-                let turn = (x.y / radius).min(std::f64::consts::PI);
-                let beyond = x.y - radius * turn;
-                DVec3::new(x.x, radius * turn.sin() - beyond, radius * (1.0 - turn.cos()))
-            };
-            let spiral = |x: DVec3| {
-                let r = radius + 5e-4 * x.y / (6.0 * radius);
-                let turn = x.y / r;
-                DVec3::new(x.x + 0.2 * x.y, r * turn.cos(), r * turn.sin())
-            };
-            let waves = |x: DVec3| {
-                let z = radius * (300.0 * x.x).sin() * (250.0 * x.y).cos();
-                DVec3::new(x.x + 0.5 * z, x.y - 0.3 * z, z)
-            };
-            let cases = [("fold", lists(16, fold)), ("spiral", lists(16, spiral)), ("waves", lists(16, waves))];
-            for (name, ([culled, all], cleared)) in cases {
-                assert_eq!(culled, all, "{name} of {radius}");
-                found += all.len();
-                clear += cleared;
-            }
-        }
-        assert!(found > 1000 && clear > 100, "{found} touches, {clear} stretches clear");
-    }
-
-    /// A folded sheet whose nodes fly each their way, some of them turning aside at every step: at each of them the lists,
-    /// sought again for those alone, hold all that touches.
-    #[test]
-    fn lists_sought_again_in_part_hold_every_touch() {
-        let n = 24_u32;
-        let id = |i: u32, j: u32| j * (n + 1) + i;
-        let rest: Vec<DVec3> =
-            (0..=n).flat_map(|j| (0..=n).map(move |i| CELL * DVec3::new(i.into(), j.into(), 0.0))).collect();
-        let mut part = Part { half_thickness: 4e-4, ..Part::default() };
-        for j in 0..n {
-            for i in 0..n {
-                let [a, b, c, d] = [id(i, j), id(i + 1, j), id(i + 1, j + 1), id(i, j + 1)];
-                part.triangles.extend([[a, b, c], [a, c, d]]);
-            }
-        }
-        let fold = |x: DVec3| {
-            let turn = (x.y / 0.02).min(std::f64::consts::PI);
-            DVec3::new(x.x, 0.02 * turn.sin() - (x.y - 0.02 * turn), 0.02 * (1.0 - turn.cos()))
-        };
-        let mut x: Vec<DVec3> = rest.iter().map(|x| fold(*x)).collect();
-        let mut v: Vec<DVec3> =
-            x.iter().map(|x| DVec3::new(0.3, 0.0, if x.z > 0.03 { -1.2 - 4.0 * x.x } else { 0.0 })).collect();
-        let features = Features::new(&[part], rest).expect("a sheet");
-        let rule = ClothRule { between: [ClothSide::Part(0); 2], restitution: 0.0, at_rest: 0.0, sliding: 0.0 };
-        let laws = Laws::new(&[rule], 1, 0);
-        let (h, skin) = (4e-4, 1.6e-3);
-        let (mut watched, mut fresh) = (Candidates::new(&features), Candidates::new(&features));
-        let (mut distances, mut stale) = (Vec::new(), Vec::new());
-        let (mut in_part, mut whole, mut touches) = (0, 0, 0);
-        let sorted = |list: &Candidates, x: &[DVec3]| {
-            let near = |p: &&super::super::candidates::Pair| {
-                nearest(p.is_face, p.nodes.map(|n| x[n as usize])).delta.length() < p.thickness
-            };
-            let mut pairs: Vec<_> = list.pairs.iter().filter(near).map(|p| (p.is_face, p.features)).collect();
-            pairs.sort_unstable();
-            pairs
-        };
-        for step in 0..80_u32 {
-            // A few nodes, others at each step, are turned aside.
-            for k in 0..5 {
-                let node = ((step * 131 + k * 97) % (25 * 25)) as usize;
-                v[node] += DVec3::new(0.0, 0.2, 0.9 - 0.3 * f64::from(k));
-            }
-            match watched.reference.watch(h, &x, &v, &mut stale) {
-                Verdict::All => {}
-                Verdict::Some => {
-                    watched.stale.clone_from(&stale);
-                    watched.renew(h, &x, &v, skin, &features, &laws, &mut distances, false);
-                    in_part += 1;
-                }
-                Verdict::None => {
-                    watched.refer(h, &x, &v, skin);
-                    watched.seek(&features, &laws, false);
-                    whole += 1;
-                }
-            }
-            x.iter_mut().zip(&v).for_each(|(x, v)| *x += h * *v);
-            watched.reference.time += h;
-            fresh.contours.sheets[0].usable = false;
-            fresh.refer(0.0, &x, &v, skin);
-            fresh.seek(&features, &laws, false);
-            let (held, all) = (sorted(&watched, &x), sorted(&fresh, &x));
-            touches += all.len();
-            assert_eq!(held, all, "step {step}");
-        }
-        assert!(in_part > 20 && whole > 2 && touches > 100, "{in_part} in part, {whole} whole, {touches} touches");
-    }
-}
+mod tests;

@@ -25,6 +25,8 @@ pub struct ClothRule {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Laws {
     pub rules: Vec<ClothRule>,
+    /// Some rule has a restitution.
+    pub rebound: bool,
     parts: usize,
     sides: usize,
     table: Vec<u32>,
@@ -48,7 +50,8 @@ impl Laws {
                 }
             }
         }
-        Self { rules: rules.to_vec(), parts, sides, table }
+        let rebound = rules.iter().any(|rule| rule.restitution > 0.0);
+        Self { rules: rules.to_vec(), rebound, parts, sides, table }
     }
 
     fn at(&self, a: usize, b: usize) -> Option<u32> {

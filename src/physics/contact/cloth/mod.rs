@@ -6,6 +6,7 @@
 
 mod begin;
 mod candidates;
+mod cone;
 mod cull;
 mod cut;
 mod edges;
@@ -93,6 +94,9 @@ pub struct ClothContact {
     /// Room for a place of each node in a list.
     place_of: Vec<u32>,
     rows: Vec<Row>,
+    /// Rows as they were found, and the order of their features.
+    unsorted: Vec<Row>,
+    order: Vec<(Key, u32)>,
     /// Rows whose demands contradict each other.
     jammed: Vec<u32>,
     room: Vec<narrow::Room>,
@@ -146,6 +150,8 @@ impl ClothContact {
             solids: bodies.solids.clone(),
             place_of: vec![0; features.nodes],
             rows: Vec::new(),
+            unsorted: Vec::new(),
+            order: Vec::new(),
             jammed: Vec::new(),
             room: Vec::new(),
             hit_room: Vec::new(),

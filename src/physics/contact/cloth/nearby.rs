@@ -101,6 +101,8 @@ pub(super) struct Nearby {
     pub elements: Vec<NearElement>,
     /// Whether an element of the part, counted from its first, is listed.
     listed: Vec<bool>,
+    /// Which nodes were placed anew last.
+    pub moved: Vec<bool>,
 }
 
 /// Elements, and nodes, looked at by one task.
@@ -138,7 +140,7 @@ impl Ground<'_> {
 
 impl Nearby {
     pub fn new(body: u32, part: u32, rule: u32) -> Self {
-        Self { body, part, rule, nodes: Vec::new(), elements: Vec::new(), listed: Vec::new() }
+        Self { body, part, rule, nodes: Vec::new(), elements: Vec::new(), listed: Vec::new(), moved: Vec::new() }
     }
 
     /// Elements whose boxes come within the leash of the body. `place_of` is room: the place in the list of each node.
@@ -178,22 +180,35 @@ impl Nearby {
         elements.push(NearElement { id, corners, floor: Plane::UNKNOWN, distance: None });
     }
 
-    /// Puts the nodes where they are and where they go in the step.
-    pub fn place(&mut self, course: &Course, h: f64, position: &[DVec3], velocity: &[DVec3], parallel: bool) {
+    /// Puts the nodes that `moves` tells of where they are and where they go in the step.
+    pub fn place(
+        &mut self,
+        course: &Course,
+        h: f64,
+        position: &[DVec3],
+        velocity: &[DVec3],
+        moves: impl Fn(u32) -> bool + Sync,
+        parallel: bool,
+    ) {
         let back = |pose: &Pose| DMat3::from_quat(pose.turn).transpose();
         let end = course.at(1.0);
         let (first, last) = (back(&course.start), back(&end));
         let swing = course.swing();
-        let one = |n: &mut NearNode| {
+        let one = |(n, moved): (&mut NearNode, &mut bool)| {
+            *moved = moves(n.node);
+            if !*moved {
+                return;
+            }
             let (x, v) = (position[n.node as usize], velocity[n.node as usize]);
             n.start = first * (x - course.start.position);
             n.end = last * (x + h * v - end.position);
             n.reach = (h * v - course.path).length() + swing;
         };
+        self.moved.resize(self.nodes.len(), false);
         if parallel {
-            self.nodes.par_iter_mut().with_min_len(BATCH).for_each(one);
+            self.nodes.par_iter_mut().zip(&mut self.moved).with_min_len(BATCH).for_each(one);
         } else {
-            self.nodes.iter_mut().for_each(one);
+            self.nodes.iter_mut().zip(&mut self.moved).for_each(one);
         }
     }
 
@@ -219,13 +234,13 @@ impl Nearby {
         &mut self,
         room: &mut Vec<Found>,
         parallel: bool,
-        look: impl Fn(&[NearNode], &mut NearElement, &mut Found) + Sync,
+        look: impl Fn(&Placed<'_>, &mut NearElement, &mut Found) + Sync,
     ) -> usize {
         let tasks = self.elements.len().div_ceil(BATCH);
         if room.len() < tasks {
             room.resize_with(tasks, Found::default);
         }
-        let nodes = &self.nodes;
+        let nodes = &Placed { nodes: &self.nodes, moved: &self.moved };
         let one = |found: &mut Found, elements: &mut [NearElement]| {
             found.rows.clear();
             found.hits.clear();
@@ -242,28 +257,52 @@ impl Nearby {
     }
 }
 
+/// The nodes of a list, and which of them were placed anew last.
+pub(super) struct Placed<'a> {
+    pub nodes: &'a [NearNode],
+    pub moved: &'a [bool],
+}
+
 impl NearElement {
-    /// No point of the element comes nearer than this over the corners' places, by its own plane and those of its corners, m.
+    /// Whether a corner was placed anew last.
     #[inline]
-    pub fn bound(&self, nodes: &[NearNode], x: [DVec3; 3]) -> f64 {
-        let corner = |k: usize| nodes[self.corners[k] as usize].floor.least(x);
-        self.floor.least(x).max(corner(0)).max(corner(1)).max(corner(2))
+    pub fn moved(&self, placed: &Placed<'_>) -> bool {
+        self.corners.iter().any(|c| placed.moved[*c as usize])
+    }
+
+    /// Whether its own plane, or that of one of its corners, is over `least` (m) in all of these places.
+    #[inline]
+    fn some_plane(&self, nodes: &[NearNode], clears: impl Fn(&Plane) -> bool) -> bool {
+        clears(&self.floor) || self.corners.iter().any(|c| clears(&nodes[*c as usize].floor))
+    }
+
+    /// Whether planes tell that no point of the element comes nearer than `least` (m) with its corners at `x`.
+    #[inline]
+    pub fn clears(&self, nodes: &[NearNode], x: [DVec3; 3], least: f64) -> bool {
+        self.some_plane(nodes, |plane| plane.least(x) >= least)
     }
 
     /// The same over the whole step, whose paths are straight in the scene: how far they bend in the body's axes is less than
     /// an eighth of their second derivative.
     #[inline]
-    pub fn bound_over(&self, nodes: &[NearNode], course: &Course, start: [DVec3; 3], end: [DVec3; 3]) -> f64 {
-        let over = |plane: &Plane| plane.least(start).min(plane.least(end));
-        let corner = |k: usize| over(&nodes[self.corners[k] as usize].floor);
-        let straight = over(&self.floor).max(corner(0)).max(corner(1)).max(corner(2));
+    pub fn clears_over(
+        &self,
+        nodes: &[NearNode],
+        course: &Course,
+        start: [DVec3; 3],
+        end: [DVec3; 3],
+        least: f64,
+    ) -> bool {
         let turning = course.turning.length();
-        if turning == 0.0 {
-            return straight;
-        }
-        let longest = |x: [DVec3; 3]| x.iter().map(|x| x.length_squared()).fold(0.0, f64::max).sqrt();
-        let path = self.corners.iter().map(|c| nodes[*c as usize].reach).fold(0.0, f64::max);
-        straight - 0.125 * turning * (turning * (longest(start) + path) + 2.0 * path)
+        let bend = if turning == 0.0 {
+            0.0
+        } else {
+            let longest = start.iter().map(|x| x.length_squared()).fold(0.0, f64::max).sqrt();
+            let path = self.corners.iter().map(|c| nodes[*c as usize].reach).fold(0.0, f64::max);
+            0.125 * turning * (turning * (longest + path) + 2.0 * path)
+        };
+        let least = least + bend;
+        self.some_plane(nodes, |plane| plane.least(start) >= least && plane.least(end) >= least)
     }
 
     pub fn starts(&self, nodes: &[NearNode]) -> [DVec3; 3] {
@@ -272,5 +311,10 @@ impl NearElement {
 
     pub fn ends(&self, nodes: &[NearNode]) -> [DVec3; 3] {
         self.corners.map(|c| nodes[c as usize].end)
+    }
+
+    /// What is known of its corners at the start of the step.
+    pub fn nears(&self, nodes: &[NearNode]) -> [Option<Near>; 3] {
+        self.corners.map(|c| nodes[c as usize].near)
     }
 }

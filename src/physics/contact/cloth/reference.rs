@@ -7,6 +7,7 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+use super::cone::Bounds;
 use super::features::Features;
 
 /// Courses of all nodes, in the frame of the net's mean; the lists follow from them alone.
@@ -39,11 +40,17 @@ pub(super) enum Verdict {
 const SMALL: f64 = 0.06;
 const THICK: f64 = 2.0;
 
+/// Distance of touching as a share of the skin.
+const THICKNESS: f64 = 0.5;
+
 /// A course that lasted fewer steps than the first number doubles the radius, one that lasted more than the second halves it;
 /// the largest radius is that many steps' path and half a skin.
 const SHORT: f64 = 3.0;
 const LONG: f64 = 12.0;
 const AHEAD: f64 = 4.0;
+
+/// Most of the radius as a share of that width where elements are so coarse that culling copes with what lies beside them.
+const CALM: f64 = 0.10;
 
 /// Steps from a full search to its horizon at first, at least and at most.
 const WINDOW: f64 = 8.0;
@@ -55,10 +62,34 @@ const STALE: usize = 8;
 /// What looking for an element's pairs costs beside measuring a pair.
 const SEARCH: f64 = 2.0;
 
-/// Mean of vectors in a fixed order.
-pub(super) fn mean(vectors: impl ExactSizeIterator<Item = DVec3>) -> DVec3 {
-    let count = vectors.len().max(1) as f64;
-    vectors.sum::<DVec3>() / count
+/// Mean of vectors in a fixed order: four sums, of which none waits for another.
+fn mean(vectors: &[DVec3]) -> DVec3 {
+    let mut sums = [DVec3::ZERO; 4];
+    let fours = vectors.chunks_exact(4);
+    let rest: DVec3 = fours.remainder().iter().sum();
+    for four in fours {
+        for (sum, v) in sums.iter_mut().zip(four) {
+            *sum += *v;
+        }
+    }
+    (((sums[0] + sums[1]) + (sums[2] + sums[3])) + rest) / vectors.len().max(1) as f64
+}
+
+/// Where the net is at the start of a step, and how it moves on the whole. Any motion that is the same for all nodes serves,
+/// so one frame holds for all looks at a step, whatever happens to the velocities in it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Frame {
+    /// m
+    pub centre: DVec3,
+    /// m/s
+    pub drift: DVec3,
+}
+
+impl Frame {
+    /// The means of places `x` (m) and velocities `v` (m/s).
+    pub fn of(x: &[DVec3], v: &[DVec3]) -> Self {
+        Self { centre: mean(x), drift: mean(v) }
+    }
 }
 
 impl Reference {
@@ -76,20 +107,31 @@ impl Reference {
     }
 
     /// Whether the lists hold for a step of `h` s from `x` with velocities `v`; nodes that left their course go to `stale`.
-    /// Both ends of the step are looked at: node and course go straight between them.
-    pub fn watch(&self, h: f64, x: &[DVec3], v: &[DVec3], stale: &mut Vec<u32>) -> Verdict {
+    /// Both ends of the step are looked at: node and course go straight between them. Where the same step was looked at
+    /// before, only what `turned` since then can have left its course.
+    pub fn watch(
+        &self,
+        h: f64,
+        x: &[DVec3],
+        v: &[DVec3],
+        frame: &Frame,
+        turned: Option<&[bool]>,
+        stale: &mut Vec<u32>,
+    ) -> Verdict {
         stale.clear();
-        if self.position.len() != x.len() || self.time + h > self.horizon {
+        let nodes = self.position.len();
+        if nodes != x.len() || self.time + h > self.horizon {
             return Verdict::None;
         }
-        let (centre, drift) = (mean(x.iter().copied()), mean(v.iter().copied()));
-        for n in 0..x.len() {
+        let left = |n: usize| {
             let square = self.radius[n] * self.radius[n];
-            let start = x[n] - centre - self.place(n as u32);
-            let end = start + h * (v[n] - drift - self.velocity[n]);
-            if !(start.length_squared() <= square && end.length_squared() <= square) {
-                stale.push(n as u32);
-            }
+            let start = x[n] - frame.centre - self.place(n as u32);
+            let end = start + h * (v[n] - frame.drift - self.velocity[n]);
+            !(start.length_squared() <= square && end.length_squared() <= square)
+        };
+        match turned {
+            Some(turned) => stale.extend((0..nodes).filter(|n| turned[*n] && left(*n)).map(|n| n as u32)),
+            None => stale.extend((0..nodes).filter(|n| left(*n)).map(|n| n as u32)),
         }
         match stale.len() {
             0 => Verdict::All,
@@ -100,7 +142,15 @@ impl Reference {
 
     /// Gives all nodes new courses. `pairs` and `elements` are those of the last search, by which the window is chosen: a
     /// longer one searches less often and measures more pairs.
-    pub fn refer(&mut self, h: f64, x: &[DVec3], v: &[DVec3], room: &Room<'_>, [pairs, elements]: [usize; 2]) {
+    pub fn refer(
+        &mut self,
+        h: f64,
+        x: &[DVec3],
+        v: &[DVec3],
+        frame: &Frame,
+        room: &Room<'_>,
+        [pairs, elements]: [usize; 2],
+    ) {
         let first = self.position.len() != x.len();
         let lasted = if h > 0.0 { self.time / h } else { 0.0 };
         self.window = if first {
@@ -111,7 +161,7 @@ impl Reference {
             // There is no use in looking farther than the lists ever last.
             wanted.min(2.0 * lasted.max(1.0)).clamp(WINDOWS[0], WINDOWS[1])
         };
-        let (centre, drift) = (mean(x.iter().copied()), mean(v.iter().copied()));
+        let Frame { centre, drift } = *frame;
         let radius = |n: usize| {
             let age = if first { 0.5 * (SHORT + LONG) * h } else { self.time - self.since[n] };
             room.radius(n, self.radius.get(n).copied(), h, age, v[n] - drift)
@@ -129,8 +179,8 @@ impl Reference {
     }
 
     /// Gives these nodes new courses.
-    pub fn renew(&mut self, h: f64, x: &[DVec3], v: &[DVec3], room: &Room<'_>, stale: &[u32]) {
-        let (centre, drift) = (mean(x.iter().copied()), mean(v.iter().copied()));
+    pub fn renew(&mut self, h: f64, x: &[DVec3], v: &[DVec3], frame: &Frame, room: &Room<'_>, stale: &[u32]) {
+        let Frame { centre, drift } = *frame;
         for &n in stale {
             let n = n as usize;
             let age = self.time - self.since[n];
@@ -152,7 +202,11 @@ pub(super) struct Room<'a> {
 impl Room<'_> {
     fn radius(&self, n: usize, last: Option<f64>, h: f64, age: f64, velocity: DVec3) -> f64 {
         let small = (SMALL * self.width[n]).min(THICK * self.skin);
-        let most = small.max(0.5 * self.skin + AHEAD * h * velocity.length());
+        let mut most = 0.5 * self.skin + AHEAD * h * velocity.length();
+        if Bounds::of(self.width[n], THICKNESS * self.skin).is_coarse() {
+            most = most.min(CALM * self.width[n]);
+        }
+        let most = small.max(most);
         let last = last.unwrap_or(small);
         let wanted = if age < SHORT * h {
             2.0 * last

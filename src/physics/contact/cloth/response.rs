@@ -19,6 +19,9 @@ const SHARP: f64 = 1e-3;
 /// Share of that by which the nodes of a touch may be changed before it is solved again.
 const IDLE: f64 = 0.125;
 
+/// Sweeps of which one goes over all rows of an island; the others go over those that the one before had to solve.
+const WHOLE: u32 = 4;
+
 /// What the response needs to know of a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Task {
@@ -68,8 +71,10 @@ pub(super) struct Islands {
     pub starts: Vec<u32>,
     /// Rows by island, in their order.
     pub rows: Vec<u32>,
-    /// How far the velocity of each node has gone since its island was begun, m/s.
+    /// How far the velocity of each node has gone since the rows of the step were prepared, m/s.
     drift: Vec<f64>,
+    /// Rows solved by the last sweep, in the order in which it met them, and by the one under way.
+    live: [Vec<u32>; 2],
 }
 
 impl Islands {
@@ -96,22 +101,30 @@ impl Islands {
         }
     }
 
-    /// Finds the islands of these rows; every row has something that can move.
-    pub fn find(&mut self, rows: &[Row], motion: &Motion<'_>) {
-        let nodes = motion.velocity.len() as u32;
+    /// Forgets how far velocities have gone: every row is to be solved.
+    pub fn forget(&mut self) {
+        self.drift.fill(0.0);
+    }
+
+    /// Finds the islands of these rows, which are weighed; every row has something that can move.
+    pub fn find(&mut self, rows: &[Row], bodies: &[Rigid]) {
+        let nodes = self.drift.len() as u32;
         for row in rows {
             let mut last = NONE;
-            for m in movers(row, motion, nodes) {
+            each_mover(row, bodies, nodes, |m| {
                 if last != NONE {
                     self.join(last, m);
                 }
                 last = m;
-            }
+            });
         }
         self.of_row.clear();
         self.starts.clear();
+        // Every start will stand at the next one's place.
+        self.starts.push(0);
         for row in rows {
-            let Some(first) = movers(row, motion, nodes).next() else { continue };
+            let mut first = NONE;
+            each_mover(row, bodies, nodes, |m| first = first.min(m));
             let root = self.root(first) as usize;
             if self.number[root] == NONE {
                 self.number[root] = self.starts.len() as u32;
@@ -132,29 +145,31 @@ impl Islands {
             self.rows[*at as usize] = k as u32;
             *at += 1;
         }
-        // Every start now stands at the next one's place.
-        self.starts.insert(0, 0);
         for row in rows {
-            for m in movers(row, motion, nodes) {
+            each_mover(row, bodies, nodes, |m| {
                 self.parent[m as usize] = m;
                 self.number[m as usize] = NONE;
-            }
+            });
         }
     }
 }
 
-/// Nodes, and bodies numbered after them, that a row moves.
-fn movers<'a>(row: &'a Row, motion: &'a Motion<'_>, nodes: u32) -> impl Iterator<Item = u32> + 'a {
-    let of_net = (0..4)
-        .filter(|&k| row.weights[k] != 0.0 && motion.inverse_mass[row.nodes[k] as usize] > 0.0)
-        .map(|k| row.nodes[k]);
-    let moves = |b: &&u32| {
-        **b != NONE && {
-            let body = &motion.bodies[**b as usize];
-            body.inverse_mass > 0.0 || body.inverse_inertia != DMat3::ZERO
+/// Nodes, and bodies numbered after them, that a weighed row moves.
+#[inline]
+fn each_mover(row: &Row, bodies: &[Rigid], nodes: u32, mut with: impl FnMut(u32)) {
+    for k in row.places() {
+        if row.levers[k] != 0.0 {
+            with(row.nodes[k]);
         }
-    };
-    of_net.chain(row.bodies.iter().filter(moves).map(move |b| nodes + b))
+    }
+    if row.nodes_only {
+        return;
+    }
+    for &b in row.bodies.iter().filter(|b| **b != NONE) {
+        if !bodies[b as usize].stands() {
+            with(nodes + b);
+        }
+    }
 }
 
 /// Solves all islands that have a row from `first` on, for the others are solved; returns the most sweeps and the largest
@@ -170,65 +185,82 @@ pub(super) fn solve(
     let (mut most, mut unresolved) = (0, 0.0_f64);
     let mut halfway: Vec<Halfway> = Vec::new();
     jammed.clear();
-    let Islands { starts, rows: of_islands, drift, .. } = islands;
+    let Islands { starts, rows: of_islands, drift, live, .. } = islands;
+    let settled = SETTLED * task.tolerance / task.h;
     for ends in starts.windows(2) {
         let island = &of_islands[ends[0] as usize..ends[1] as usize];
         // Rows of an island stand in their order.
         if island.last().is_none_or(|last| (*last as usize) < first) {
             continue;
         }
-        let settled = SETTLED * task.tolerance / task.h;
         // Bodies alone are few, and stand on several corners at once, where sweeps converge slowly.
         let bodies_alone = island.iter().all(|k| rows[*k as usize].key.kind == Key::BODIES);
         let enough = if bodies_alone { SHARP * settled } else { settled };
         let mut residual = 0.0;
+        let mut whole = true;
         halfway.clear();
         for sweep in 0..task.sweeps {
             if sweep == task.sweeps / 2 {
                 halfway.extend(island.iter().map(|k| Halfway::of(&rows[*k as usize], motion)));
             }
-            residual = 0.0_f64;
-            let mut one = |k: &u32| {
-                let row = &mut rows[*k as usize];
-                // What little its nodes were changed since it was solved leaves nothing to do.
-                if sweep > 0 && row.nodes_only && row.drift(drift) - row.seen <= IDLE * settled {
-                    return;
-                }
-                let [changed, impulse] = row.relax(motion);
-                residual = residual.max(changed);
-                if impulse != 0.0 {
-                    for k in (0..4).filter(|k| row.weights[*k] != 0.0) {
-                        let n = row.nodes[k] as usize;
-                        drift[n] += impulse * row.weights[k].abs() * motion.inverse_mass[n];
-                    }
-                }
-                row.seen = row.drift(drift);
-            };
-            if sweep % 2 == 0 {
-                island.iter().for_each(&mut one);
-            } else {
-                island.iter().rev().for_each(&mut one);
-            }
             most = most.max(sweep + 1);
-            if residual <= enough {
+            whole |= sweep % WHOLE == 0;
+            residual = if whole {
+                live[0].clear();
+                if sweep % 2 == 0 {
+                    pass(rows, island.iter(), motion, drift, IDLE * settled, &mut live[0])
+                } else {
+                    pass(rows, island.iter().rev(), motion, drift, IDLE * settled, &mut live[0])
+                }
+            } else {
+                // Every pass goes against the one before it.
+                let [now, next] = live;
+                next.clear();
+                let residual = pass(rows, now.iter().rev(), motion, drift, IDLE * settled, next);
+                live.swap(0, 1);
+                residual
+            };
+            if whole && residual <= enough {
                 break;
             }
+            whole = residual <= enough;
         }
         unresolved = unresolved.max(residual * task.h);
-        for k in island {
-            let row = &rows[*k as usize];
-            row.nodes.iter().for_each(|n| {
-                if let Some(drift) = drift.get_mut(*n as usize) {
-                    *drift = 0.0
-                }
-            });
-        }
         if residual > settled && contradicts(rows, island, &halfway, motion) {
             let presses = |k: &&u32| rows[**k as usize].push > 0.0;
             jammed.extend(island.iter().filter(presses));
         }
     }
     (most, unresolved)
+}
+
+/// One pass over the rows of a list; those that were solved go to `solved`. What little the nodes of a row were changed since
+/// it was solved last, up to `idle` m/s, leaves nothing to do. Returns the largest change of a relative velocity, m/s.
+fn pass<'a>(
+    rows: &mut [Row],
+    list: impl Iterator<Item = &'a u32>,
+    motion: &mut Motion<'_>,
+    drift: &mut [f64],
+    idle: f64,
+    solved: &mut Vec<u32>,
+) -> f64 {
+    let mut residual = 0.0_f64;
+    for &k in list {
+        let row = &mut rows[k as usize];
+        if row.nodes_only && row.drift(drift) - row.seen <= idle {
+            continue;
+        }
+        let [changed, impulse] = row.relax(motion);
+        residual = residual.max(changed);
+        if impulse != 0.0 {
+            for k in row.places() {
+                drift[row.nodes[k] as usize] += impulse * row.levers[k].abs();
+            }
+        }
+        row.seen = row.drift(drift);
+        solved.push(k);
+    }
+    residual
 }
 
 /// A row after half of the sweeps.

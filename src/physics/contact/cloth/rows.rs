@@ -68,9 +68,12 @@ pub(super) struct Motion<'a> {
 pub(super) struct Row {
     pub key: Key,
     pub rule: u32,
-    /// Weights are positive on side A and negative on side B; unused ones are zero.
+    /// Weights are positive on side A and negative on side B; the first `used` of them are not zero, the rest are.
     pub nodes: [u32; 4],
     pub weights: [f64; 4],
+    pub used: u8,
+    /// Weights times inverse masses, 1/kg.
+    pub levers: [f64; 4],
     /// The body of side A and that of side B, and the arms from their centres to the place of the touch, m.
     pub bodies: [u32; 2],
     pub arms: [DVec3; 2],
@@ -91,18 +94,30 @@ pub(super) struct Row {
     pub slides: bool,
     /// Nothing but nodes moves in it.
     pub nodes_only: bool,
+    /// What its bodies add to the velocity of A over B where they stand or are driven, m/s.
+    pub carried: DVec3,
     /// What it had drifted when it was solved last, m/s.
     pub seen: f64,
 }
 
 impl Row {
     /// A touch of nodes alone.
-    pub fn of_net(key: Key, rule: u32, nodes: [u32; 4], weights: [f64; 4], normal: DVec3, gap: f64) -> Self {
+    pub fn of_net(key: Key, rule: u32, mut nodes: [u32; 4], mut weights: [f64; 4], normal: DVec3, gap: f64) -> Self {
+        let mut used = 0;
+        for k in 0..4 {
+            if weights[k] != 0.0 {
+                nodes.swap(used, k);
+                weights.swap(used, k);
+                used += 1;
+            }
+        }
         Self {
             key,
             rule,
             nodes,
             weights,
+            used: used as u8,
+            levers: [0.0; 4],
             bodies: [NONE; 2],
             arms: [DVec3::ZERO; 2],
             normal,
@@ -116,7 +131,8 @@ impl Row {
             sliding: 0.0,
             slides: false,
             nodes_only: false,
-            seen: 0.0,
+            carried: DVec3::ZERO,
+            seen: f64::NEG_INFINITY,
         }
     }
 
@@ -133,15 +149,32 @@ impl Row {
         self.normal * self.push + self.rub
     }
 
+    /// Places among the nodes that have a weight.
+    #[inline]
+    pub fn places(&self) -> std::ops::Range<usize> {
+        0..usize::from(self.used).min(4)
+    }
+
+    /// Velocity of the nodes of A over those of B, m/s.
+    #[inline]
+    fn of_nodes(&self, velocity: &[DVec3]) -> DVec3 {
+        let mut v = DVec3::ZERO;
+        for k in self.places() {
+            v += velocity[self.nodes[k] as usize] * self.weights[k];
+        }
+        v
+    }
+
     /// Velocity of A over B from any velocities of nodes and bodies, m/s.
     #[inline]
     pub fn relative_of(&self, velocity: &[DVec3], bodies: &[Rigid]) -> DVec3 {
+        self.of_nodes(velocity) + self.of_bodies(bodies)
+    }
+
+    /// Velocity of the body of A over that of B where they touch, m/s.
+    #[inline]
+    fn of_bodies(&self, bodies: &[Rigid]) -> DVec3 {
         let mut v = DVec3::ZERO;
-        for k in 0..4 {
-            if self.weights[k] != 0.0 {
-                v += velocity[self.nodes[k] as usize] * self.weights[k];
-            }
-        }
         if self.bodies[0] != NONE {
             v += bodies[self.bodies[0] as usize].at(self.arms[0]);
         }
@@ -158,8 +191,8 @@ impl Row {
 
     /// What nodes and bodies that nothing can move add to it, m/s.
     pub fn relative_of_immovable(&self, motion: &Motion<'_>) -> DVec3 {
-        let stands = |k: &usize| self.weights[*k] != 0.0 && motion.inverse_mass[self.nodes[*k] as usize] == 0.0;
-        let nodes = (0..4).filter(stands).map(|k| motion.velocity[self.nodes[k] as usize] * self.weights[k]);
+        let stands = |k: &usize| motion.inverse_mass[self.nodes[*k] as usize] == 0.0;
+        let nodes = self.places().filter(stands).map(|k| motion.velocity[self.nodes[k] as usize] * self.weights[k]);
         let bodies = [(0, 1.0), (1, -1.0)].into_iter().filter_map(|(side, sign)| {
             let body = motion.bodies.get(self.bodies[side] as usize)?;
             body.stands().then(|| body.at(self.arms[side]) * sign)
@@ -168,12 +201,18 @@ impl Row {
     }
 
     #[inline]
+    fn apply_to_nodes(&self, velocity: &mut [DVec3], impulse: DVec3) {
+        for k in self.places() {
+            velocity[self.nodes[k] as usize] += impulse * self.levers[k];
+        }
+    }
+
+    /// Gives an impulse (N·s) to A and takes it from B, once the row is weighed.
+    #[inline]
     pub fn apply(&self, motion: &mut Motion<'_>, impulse: DVec3) {
-        for k in 0..4 {
-            if self.weights[k] != 0.0 {
-                let n = self.nodes[k] as usize;
-                motion.velocity[n] += impulse * (self.weights[k] * motion.inverse_mass[n]);
-            }
+        self.apply_to_nodes(motion.velocity, impulse);
+        if self.nodes_only {
+            return;
         }
         for (side, impulse) in [(0, impulse), (1, -impulse)] {
             if self.bodies[side] != NONE {
@@ -184,10 +223,23 @@ impl Row {
         }
     }
 
-    /// Sets the effective masses. False where nothing can move.
+    /// Sets levers and effective masses, and forgets that it was solved. False where nothing can move.
     pub fn weigh(&mut self, motion: &Motion<'_>) -> bool {
-        let mut base: f64 =
-            (0..4).map(|k| self.weights[k] * self.weights[k] * weight(motion, self.nodes[k], self.weights[k])).sum();
+        let mut base = 0.0;
+        for k in self.places() {
+            self.levers[k] = self.weights[k] * motion.inverse_mass[self.nodes[k] as usize];
+            base += self.weights[k] * self.levers[k];
+        }
+        self.seen = f64::NEG_INFINITY;
+        let stands = |b: &u32| motion.bodies.get(*b as usize).is_none_or(Rigid::stands);
+        self.nodes_only = self.bodies.iter().all(stands);
+        let inverse = |x: f64| if x > 0.0 { 1.0 / x } else { 0.0 };
+        if self.nodes_only {
+            self.carried = self.of_bodies(motion.bodies);
+            self.mass = inverse(base);
+            self.mass_across = self.mass;
+            return self.mass > 0.0;
+        }
         let (e, f) = self.normal.any_orthonormal_pair();
         let [mut along, mut ee, mut ef, mut ff] = [0.0; 4];
         for side in 0..2 {
@@ -202,10 +254,7 @@ impl Row {
             ef += give(e, f);
             ff += give(f, f);
         }
-        let stands = |b: &u32| motion.bodies.get(*b as usize).is_none_or(Rigid::stands);
-        self.nodes_only = self.bodies.iter().all(stands);
         let most = 0.5 * (ee + ff) + (0.25 * (ee - ff) * (ee - ff) + ef * ef).sqrt();
-        let inverse = |x: f64| if x > 0.0 { 1.0 / x } else { 0.0 };
         self.mass = inverse(base + along);
         self.mass_across = inverse(base + most);
         self.mass > 0.0
@@ -214,6 +263,35 @@ impl Row {
     /// One projection; returns how fast it changed the relative velocity (m/s) and the most impulse it took for that (N·s).
     #[inline]
     pub fn relax(&mut self, motion: &mut Motion<'_>) -> [f64; 2] {
+        if self.nodes_only { self.relax_nodes(motion.velocity) } else { self.relax_all(motion) }
+    }
+
+    /// The mass of nodes is the same every way, so the push changes the velocity by a known amount, and push and rub are
+    /// given together.
+    #[inline]
+    fn relax_nodes(&mut self, velocity: &mut [DVec3]) -> [f64; 2] {
+        let mut v = self.of_nodes(velocity) + self.carried;
+        let push = (self.push + (self.target - v.dot(self.normal)) * self.mass).max(0.0);
+        let press = push - self.push;
+        self.push = push;
+        let mut impulse = self.normal * press;
+        let mut most = press.abs();
+        let mut changed = most;
+        if self.at_rest.max(self.sliding) > 0.0 && (push > 0.0 || self.rub != DVec3::ZERO) {
+            v += impulse / self.mass;
+            let rub = self.hold(v);
+            let size = rub.length();
+            impulse += rub;
+            changed = changed.max(size);
+            most += size;
+        }
+        if most != 0.0 {
+            self.apply_to_nodes(velocity, impulse);
+        }
+        [changed / self.mass, most]
+    }
+
+    fn relax_all(&mut self, motion: &mut Motion<'_>) -> [f64; 2] {
         let v = self.relative(motion);
         let push = (self.push + (self.target - v.dot(self.normal)) * self.mass).max(0.0);
         let press = push - self.push;
@@ -234,11 +312,7 @@ impl Row {
     /// How far its nodes have drifted from their velocities, m/s, from those of all nodes.
     #[inline]
     pub fn drift(&self, of_nodes: &[f64]) -> f64 {
-        (0..4)
-            .map(
-                |k| if self.weights[k] != 0.0 { self.weights[k].abs() * of_nodes[self.nodes[k] as usize] } else { 0.0 },
-            )
-            .sum()
+        self.places().map(|k| self.weights[k].abs() * of_nodes[self.nodes[k] as usize]).sum()
     }
 
     /// Change of the tangential impulse that the relative velocity `v` asks for, within Coulomb's cone.
@@ -258,8 +332,4 @@ impl Row {
         self.rub = rub;
         change
     }
-}
-
-fn weight(motion: &Motion<'_>, node: u32, weight: f64) -> f64 {
-    if weight == 0.0 { 0.0 } else { motion.inverse_mass[node as usize] }
 }

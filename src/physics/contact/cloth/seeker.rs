@@ -18,101 +18,120 @@ pub(super) struct Seeker<'a> {
     pub found: &'a mut Vec<Pair>,
 }
 
-/// An element where its nodes are expected now.
+/// An element where its nodes are expected now, as the mean motion of the first one of a pair sees it.
 pub(super) struct Seen<'a> {
     id: u32,
     element: &'a Element,
     place: [DVec3; 3],
-    /// How each node is expected to move to the horizon as the mean of the first element sees it, m.
-    ahead: [DVec3; 3],
-    radius: [f64; 3],
+    /// How far each node may go to the horizon, m.
+    reach: [f64; 3],
     half_thickness: f64,
     around: Aabb,
+    /// Bits of the corners whose pairs are sought, and of the sides at them.
+    stale: u8,
+    stale_sides: u8,
+    /// The middle of the corners, and how far they lie from it, m.
+    middle: DVec3,
+    size: f64,
+}
+
+/// Sides at the corners of a set: side k runs from corner k to the next.
+fn sides_at(corners: u8) -> u8 {
+    (corners | corners >> 1 | corners << 2) & 7
 }
 
 impl<'a> Seen<'a> {
-    pub fn new(features: &'a Features, reference: &Reference, id: u32, common: DVec3) -> Self {
+    fn new(features: &'a Features, reference: &Reference, only: Option<&[bool]>, id: u32, common: DVec3) -> Self {
         let element = &features.elements[id as usize];
-        let place = element.nodes.map(|n| reference.place(n));
-        let ahead = element.nodes.map(|n| reference.ahead(n) - common);
-        let radius = element.nodes.map(|n| reference.radius[n as usize]);
         let half_thickness = features.half_thickness[element.part as usize];
-        let mut around = Aabb::NOTHING;
+        let (mut place, mut reach) = ([DVec3::ZERO; 3], [0.0; 3]);
+        let (mut around, mut radius, mut stale) = (Aabb::NOTHING, 0.0_f64, 0);
         for k in 0..3 {
+            let n = element.nodes[k];
+            place[k] = reference.place(n);
+            let ahead = reference.ahead(n) - common;
+            let own = reference.radius[n as usize];
+            reach[k] = ahead.length() + own;
+            radius = radius.max(own);
             around.add(place[k]);
-            around.add(place[k] + ahead[k]);
+            around.add(place[k] + ahead);
+            stale |= u8::from(only.is_none_or(|stale| stale[n as usize])) << k;
         }
-        let around = around.grown(radius[0].max(radius[1]).max(radius[2]) + half_thickness);
-        Self { id, element, place, ahead, radius, half_thickness, around }
+        let around = around.grown(radius + half_thickness);
+        let middle = (place[0] + place[1] + place[2]) / 3.0;
+        let size = place.iter().map(|p| (*p - middle).length_squared()).fold(0.0, f64::max).sqrt();
+        let stale_sides = sides_at(stale);
+        Self { id, element, place, reach, half_thickness, around, stale, stale_sides, middle, size }
     }
 
     /// The first element of pairs, and its mean motion, m.
-    pub fn first(features: &'a Features, reference: &Reference, id: u32) -> (Self, DVec3) {
-        let ahead = features.elements[id as usize].nodes.map(|n| reference.ahead(n));
-        let common = (ahead[0] + ahead[1] + ahead[2]) / 3.0;
-        (Self::new(features, reference, id, common), common)
+    pub fn first(features: &'a Features, reference: &Reference, only: Option<&[bool]>, id: u32) -> (Self, DVec3) {
+        let [a, b, c] = features.elements[id as usize].nodes.map(|n| reference.ahead(n));
+        let common = (a + b + c) / 3.0;
+        (Self::new(features, reference, only, id, common), common)
     }
 
-    /// How far each node may go, m.
-    fn reach(&self) -> [f64; 3] {
-        [0, 1, 2].map(|k| self.ahead[k].length() + self.radius[k])
+    /// Bits of the corners of `other` that are corners of this one, too.
+    fn shared(&self, other: &Self) -> u8 {
+        let own = |n: u32| u8::from(self.element.nodes.contains(&n));
+        let [a, b, c] = other.element.nodes;
+        own(a) | own(b) << 1 | own(c) << 2
+    }
+
+    /// Corners it owns that a face is to be sought for.
+    fn corners_with(&self, face: &Self) -> u8 {
+        let wanted = if face.stale != 0 { 7 } else { self.stale };
+        if face.element.is_face() { self.element.vertices & wanted & !face.shared(self) } else { 0 }
     }
 }
-
-/// An element with its nodes' reaches.
-type Reached<'a, 'b> = (&'b Seen<'a>, [f64; 3]);
 
 impl Seeker<'_> {
     /// The feature pairs that an element and the element `f` own, as the mean motion of the first, `common` (m), sees them:
     /// up to 6 of vertices with faces and 9 of edges.
     pub fn seek(&mut self, a: &Seen<'_>, common: DVec3, f: u32) {
-        let b = Seen::new(self.features, self.reference, f, common);
+        let b = &Seen::new(self.features, self.reference, self.only, f, common);
         if !a.around.meets(&b.around) {
             return;
         }
-        let (a, b) = ((a, a.reach()), (&b, b.reach()));
-        for (one, other) in [(&a, &b), (&b, &a)] {
-            if other.0.element.is_face() {
-                (0..3).filter(|k| one.0.element.vertices >> k & 1 == 1).for_each(|k| self.vertex_face(one, k, other));
-            }
+        for (one, other) in [(a, b), (b, a)] {
+            let corners = one.corners_with(other);
+            (0..3).filter(|k| corners >> k & 1 == 1).for_each(|k| self.vertex_face(one, k, other));
         }
-        for i in (0..3).filter(|k| a.0.element.sides >> k & 1 == 1) {
-            for j in (0..3).filter(|k| b.0.element.sides >> k & 1 == 1) {
-                self.edges([&a, &b], [i, j]);
+        let all = if b.stale != 0 { 7 } else { a.stale_sides };
+        for i in (0..3).filter(|k| (a.element.sides & all) >> k & 1 == 1) {
+            let wanted = if a.stale_sides >> i & 1 == 1 { 7 } else { b.stale_sides };
+            for j in (0..3).filter(|k| (b.element.sides & wanted) >> k & 1 == 1) {
+                self.edges([a, b], [i, j]);
             }
         }
     }
 
-    fn wants(&self, nodes: &[u32]) -> bool {
-        self.only.is_none_or(|stale| nodes.iter().any(|n| stale[*n as usize]))
-    }
-
-    fn vertex_face(&mut self, (one, goes): &Reached<'_, '_>, corner: usize, (face, reach): &Reached<'_, '_>) {
-        let v = one.element.nodes[corner];
-        let [a, b, c] = face.element.nodes;
-        let nodes = [v, a, b, c];
-        if v == a || v == b || v == c || !self.wants(&nodes) {
+    fn vertex_face(&mut self, one: &Seen<'_>, corner: usize, face: &Seen<'_>) {
+        let [p, q, r] = face.reach;
+        let sum = one.half_thickness + face.half_thickness;
+        let limit = sum + one.reach[corner] + p.max(q).max(r);
+        let room = limit + face.size;
+        if (one.place[corner] - face.middle).length_squared() > room * room {
             return;
         }
-        let [p, q, r] = *reach;
-        let sum = one.half_thickness + face.half_thickness;
-        let limit = sum + goes[corner] + p.max(q).max(r);
         let distance = |[v, a, b, c]: [DVec3; 4]| closest_on_triangle(v, [a, b, c]).delta.length_squared();
         let [x, y, z] = face.place;
         if distance([one.place[corner], x, y, z]) <= limit * limit {
+            let v = one.element.nodes[corner];
+            let [a, b, c] = face.element.nodes;
+            let nodes = [v, a, b, c];
             let thickness = self.thickness(nodes, one.element.part == face.element.part, sum, distance);
             self.found.push(Pair { nodes, is_face: true, features: [v, face.id], rule: self.rule, thickness });
         }
     }
 
-    fn edges(&mut self, both: [&Reached<'_, '_>; 2], sides: [usize; 2]) {
-        let seen = both.map(|one| one.0);
+    fn edges(&mut self, seen: [&Seen<'_>; 2], sides: [usize; 2]) {
         let ends = [0, 1].map(|k| [sides[k], (sides[k] + 1) % 3]);
         let [[a, b], [c, d]] = [0, 1].map(|k| ends[k].map(|end| seen[k].element.nodes[end]));
-        if a == c || a == d || b == c || b == d || !self.wants(&[a, b, c, d]) {
+        if a == c || a == d || b == c || b == d {
             return;
         }
-        let reach = |k: usize| both[k].1[ends[k][0]].max(both[k].1[ends[k][1]]);
+        let reach = |k: usize| seen[k].reach[ends[k][0]].max(seen[k].reach[ends[k][1]]);
         let sum = seen[0].half_thickness + seen[1].half_thickness;
         let limit = sum + reach(0) + reach(1);
         let [[p, q], [r, s]] = [0, 1].map(|k| ends[k].map(|end| seen[k].place[end]));

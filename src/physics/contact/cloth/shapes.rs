@@ -66,7 +66,12 @@ pub(super) struct ElementNear {
 
 /// Nearest places of a triangle, or of a segment (the third corner is then left out).
 pub(super) fn element_near(x: [DVec3; 3], is_face: bool, solid: &Solid) -> ElementNear {
-    let corners = x.map(|p| solid.near(p));
+    element_near_from(x, [None; 3], is_face, solid)
+}
+
+/// The same where some corners are measured already.
+pub(super) fn element_near_from(x: [DVec3; 3], known: [Option<Near>; 3], is_face: bool, solid: &Solid) -> ElementNear {
+    let corners = [0, 1, 2].map(|k: usize| known[k].unwrap_or_else(|| solid.near(x[k])));
     let count = if is_face { 3 } else { 1 };
     let none = SegmentContact { t: 0.0, distance: f64::INFINITY, normal: DVec3::Z };
     let mut out = ElementNear {

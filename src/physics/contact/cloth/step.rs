@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::super::stats::RuleTotals;
 use super::nearby::Ground;
-use super::reference::{Verdict, mean};
+use super::reference::Verdict;
 use super::response::{SETTLED, Task, book, gained, solve, take_bodies};
 use super::rows::{Motion, Row};
 use super::shapes::Pose;
@@ -48,6 +48,8 @@ impl ClothContact {
         take_bodies(bodies, &mut self.bodies);
         self.bodies_before.clone_from(&self.bodies);
         self.plot_courses(net.h, bodies);
+        self.candidates.begin(net.position, velocity);
+        self.turned.forget();
         self.keep_candidates(net, velocity, &mut stats, parallel);
         self.touch(net, velocity, bodies, &mut stats, parallel);
         self.prepare(net, velocity, true);
@@ -55,11 +57,10 @@ impl ClothContact {
         let mut clear = false;
         let mut first = 0;
         self.hits.clear();
-        self.turned.forget();
         while stats.rounds < self.settings.rounds.max(1) {
             stats.rounds += 1;
             self.respond(net, velocity, &task, first, &mut stats);
-            if stats.rounds == 1 && (gained(&stats.rules) || !self.jammed.is_empty()) {
+            if stats.rounds == 1 && (self.laws.rebound && gained(&stats.rules) || !self.jammed.is_empty()) {
                 // Newton's restitution at several touches at once can raise the energy, or ask for too much: once more
                 // without it.
                 velocity.copy_from_slice(&self.before);
@@ -115,9 +116,10 @@ impl ClothContact {
     /// Makes the lists anew where they do not hold for this step. Returns the pair from which on they are new.
     fn keep_candidates(&mut self, net: Net<'_>, v: &[DVec3], stats: &mut ClothContactStats, parallel: bool) -> usize {
         let clock = Instant::now();
-        let Self { candidates, features, laws, settings, distances, .. } = self;
+        let Self { candidates, features, laws, settings, distances, turned, .. } = self;
         let mut stale = std::mem::take(&mut candidates.stale);
-        let verdict = candidates.reference.watch(net.h, net.position, v, &mut stale);
+        let frame = &candidates.frame;
+        let verdict = candidates.reference.watch(net.h, net.position, v, frame, turned.nodes(), &mut stale);
         candidates.stale = stale;
         let first_new = match verdict {
             Verdict::All => candidates.pairs.len(),
@@ -135,7 +137,7 @@ impl ClothContact {
                 0
             }
         };
-        self.keep_nearby(net, v, verdict == Verdict::Some);
+        self.keep_nearby(net.h, verdict == Verdict::Some);
         stats.pairs = self.candidates.pairs.len() + self.nearby.iter().map(|near| near.elements.len()).sum::<usize>();
         stats.seconds.candidates += clock.elapsed().as_secs_f64();
         first_new
@@ -143,9 +145,8 @@ impl ClothContact {
 
     /// Lists what is near bodies anew where the net was listed anew, or where a body left its berth; else adds what left
     /// its course.
-    fn keep_nearby(&mut self, net: Net<'_>, v: &[DVec3], renewed: bool) {
-        let centre = mean(net.position.iter().copied());
-        let drift = net.h * mean(v.iter().copied());
+    fn keep_nearby(&mut self, h: f64, renewed: bool) {
+        let (centre, drift) = (self.candidates.frame.centre, h * self.candidates.frame.drift);
         let all = self.berths.len() == self.courses.len();
         if !all {
             self.berths.clear();
@@ -230,7 +231,7 @@ impl ClothContact {
         parallel: bool,
     ) {
         let clock = Instant::now();
-        let mut rows = std::mem::take(&mut self.rows);
+        let mut rows = std::mem::take(&mut self.unsorted);
         rows.clear();
         self.measure(net, velocity, 0, Some(&mut rows), stats, parallel);
         let mut nearby = std::mem::take(&mut self.nearby);
@@ -241,12 +242,24 @@ impl ClothContact {
         }
         (self.nearby, self.found) = (nearby, found);
         self.each_body_pair(bodies, |pair, skeletons| pair.rows(skeletons, &mut rows));
-        // Of two measures of one touch the nearer counts.
-        rows.sort_unstable_by(|p, q| p.key.cmp(&q.key).then(p.gap.total_cmp(&q.gap)).then(p.rule.cmp(&q.rule)));
-        rows.dedup_by_key(|row| row.key);
-        stats.deepest = rows.iter().map(|row| -row.gap).fold(0.0, f64::max);
-        self.rows = rows;
+        self.take_sorted(&rows);
+        self.unsorted = rows;
+        stats.deepest = self.rows.iter().map(|row| -row.gap).fold(0.0, f64::max);
         stats.seconds.narrow += clock.elapsed().as_secs_f64();
+    }
+
+    /// Takes each touch once, by the ids of its features; of two measures of one touch the nearer counts.
+    fn take_sorted(&mut self, found: &[Row]) {
+        let Self { rows, order, .. } = self;
+        order.clear();
+        order.extend(found.iter().enumerate().map(|(k, row)| (row.key, k as u32)));
+        order.sort_unstable_by(|p, q| {
+            let [a, b] = [&found[p.1 as usize], &found[q.1 as usize]];
+            p.0.cmp(&q.0).then_with(|| a.gap.total_cmp(&b.gap).then(a.rule.cmp(&b.rule)).then(p.1.cmp(&q.1)))
+        });
+        order.dedup_by_key(|of| of.0);
+        rows.clear();
+        rows.extend(order.iter().map(|of| found[of.1 as usize]));
     }
 
     /// Distances of all candidates from one on, and rows of those within reach where they are asked for.
@@ -298,7 +311,8 @@ impl ClothContact {
     fn prepare(&mut self, net: Net<'_>, velocity: &mut [DVec3], restitution: bool) {
         let task = self.task(net.h, restitution);
         let scale = if self.last_h > 0.0 { net.h / self.last_h } else { 0.0 };
-        let Self { rows, bodies, bodies_before, laws, last, .. } = self;
+        let Self { rows, bodies, bodies_before, laws, last, islands, .. } = self;
+        islands.forget();
         let mut motion = Motion { velocity, inverse_mass: net.inverse_mass, bodies };
         let mut known = last.iter().peekable();
         rows.retain_mut(|row| {
@@ -328,7 +342,8 @@ impl ClothContact {
         }
     }
 
-    /// Solves the islands that have a row from `first` on, and books all rows where they are solved for the first time.
+    /// Solves the islands that have a row from `first` on; where something may rebound, all rows are booked when they are
+    /// solved for the first time.
     fn respond(
         &mut self,
         net: Net<'_>,
@@ -339,11 +354,11 @@ impl ClothContact {
     ) {
         let clock = Instant::now();
         let mut motion = Motion { velocity, inverse_mass: net.inverse_mass, bodies: &mut self.bodies };
-        self.islands.find(&self.rows, &motion);
+        self.islands.find(&self.rows, motion.bodies);
         let (sweeps, unresolved) = solve(&mut self.rows, &mut self.islands, &mut motion, task, first, &mut self.jammed);
         stats.sweeps = stats.sweeps.max(sweeps);
         stats.unresolved = stats.unresolved.max(unresolved);
-        if first == 0 {
+        if first == 0 && self.laws.rebound {
             book(&self.rows, (&self.before, &self.bodies_before), &motion, task, &mut stats.rules);
         }
         stats.seconds.response += clock.elapsed().as_secs_f64();
@@ -359,10 +374,10 @@ impl ClothContact {
         parallel: bool,
     ) {
         self.plot_courses(net.h, bodies);
+        self.note_turned(velocity);
         let first_new = self.keep_candidates(net, velocity, stats, parallel);
         let clock = Instant::now();
         self.measure(net, velocity, first_new, None, stats, parallel);
-        self.note_turned(velocity);
         let mut room = std::mem::take(&mut self.hit_room);
         let mut hits = std::mem::take(&mut self.hits);
         let mut nearby = std::mem::take(&mut self.nearby);
@@ -434,7 +449,7 @@ impl ClothContact {
                 }
             }
             if row.push > 0.0 {
-                let held = (0..4).filter(|k| row.weights[*k] != 0.0 && net.inverse_mass[row.nodes[*k] as usize] == 0.0);
+                let held = row.places().filter(|k| net.inverse_mass[row.nodes[*k] as usize] == 0.0);
                 stats.held_impulse.extend(held.map(|k| (row.nodes[k], row.impulse() * row.weights[k])));
             }
         }

@@ -7,7 +7,7 @@ use super::candidates::Pair;
 use super::narrow::{self, closing, nearest};
 use super::nearby::{Found, NearElement, NearNode, Nearby, Plane};
 use super::rows::{Rigid, Row};
-use super::shapes::{element_meets, element_near};
+use super::shapes::{element_meets, element_near, element_near_from};
 use super::touching::{BodyPair, Scene, body_row};
 use crate::geometry::impact::{edge_edge, vertex_face};
 
@@ -35,6 +35,11 @@ impl Turned {
     pub fn forget(&mut self) {
         self.velocity.clear();
         self.motion.clear();
+    }
+
+    /// Which nodes have turned; None before the first look, when all may have.
+    pub fn nodes(&self) -> Option<&[bool]> {
+        (!self.velocity.is_empty()).then_some(&self.nodes)
     }
 
     pub fn note(&mut self, velocity: &[DVec3], bodies: &[Rigid]) {
@@ -92,9 +97,9 @@ struct Play {
 }
 
 /// Of the net with itself, whose neighbours turn fast where it is drawn together; and with bodies, over which a face has no
-/// row of its own until it is as much nearer than its corners.
+/// row of its own until it is nearly as much nearer than its corners.
 const NET: Play = Play { slack: 0.005, creep: 0.0005 };
-const BODY: Play = Play { slack: 0.02, creep: 0.005 };
+const BODY: Play = Play { slack: 0.03, creep: 0.0075 };
 
 impl Play {
     /// Distance at the end of a step under which a pair gets another row, m.
@@ -155,15 +160,16 @@ pub(super) fn sweep_near(
     if near.elements.is_empty() {
         return 0;
     }
-    near.place(&scene.courses[near.body as usize], scene.h, scene.position, scene.velocity, parallel);
     let (body, rule) = (near.body, near.rule);
     let all = turned.body(body);
-    let tasks = near.each(room, parallel, |nodes, element, found| {
-        if !all && !turned.any(&scene.features.elements[element.id as usize].nodes) {
+    let moves = |n: u32| all || turned.any(&[n]);
+    near.place(&scene.courses[body as usize], scene.h, scene.position, scene.velocity, moves, parallel);
+    let tasks = near.each(room, parallel, |placed, element, found| {
+        if !element.moved(placed) {
             return;
         }
         let pair = BodyPair { element: element.id, body, rule };
-        body_pair(scene, &pair, nodes, element, found);
+        body_pair(scene, &pair, placed.nodes, element, found);
     });
     room[..tasks].iter().for_each(|found| out.extend_from_slice(&found.hits));
     room[..tasks].iter().map(|found| found.tests).sum()
@@ -193,7 +199,7 @@ fn net_pair(scene: &Scene<'_>, pair: &Pair, distance: f64, hits: &mut Hits) {
     let near = nearest(pair.is_face, then);
     // Parallel edges meet with their ends too, and those have rows.
     if let Some(mut row) = narrow::row(scene.features, pair, &near, then) {
-        let apart: DVec3 = (0..4).map(|k| scene.position[row.nodes[k] as usize] * row.weights[k]).sum();
+        let apart: DVec3 = row.places().map(|k| scene.position[row.nodes[k] as usize] * row.weights[k]).sum();
         row.gap = allowed(apart.dot(row.normal), pair.thickness, wanted, NET);
         hits.list.push(Hit { share, row, hard: met.is_some() });
     }
@@ -210,14 +216,14 @@ fn body_pair(scene: &Scene<'_>, pair: &BodyPair, nodes: &[NearNode], known: &mut
     let (solid, course) = (&scene.solids[pair.body as usize], &scene.courses[pair.body as usize]);
     let thickness = scene.features.half_thickness[element.part as usize];
     let (from, to) = (known.starts(nodes), known.ends(nodes));
-    if known.bound_over(nodes, course, from, to) >= (1.0 - BODY.slack) * thickness {
+    if known.clears_over(nodes, course, from, to, (1.0 - BODY.slack) * thickness) {
         return;
     }
     found.tests += 1;
     let is_face = element.is_face();
     let place = |x: [DVec3; 3], weights: [f64; 3]| -> DVec3 { (0..3).map(|k| x[k] * weights[k]).sum() };
     let distance = known.distance.unwrap_or_else(|| {
-        let near = element_near(from, is_face, solid);
+        let near = element_near_from(from, known.nears(nodes), is_face, solid);
         known.floor = Plane::at(place(from, near.weights), &near.near);
         near.near.distance
     });
@@ -227,7 +233,7 @@ fn body_pair(scene: &Scene<'_>, pair: &BodyPair, nodes: &[NearNode], known: &mut
     let wanted = BODY.wanted(thickness, distance);
     // Told where the thickness is nearly used up only, so that what ends apart by it is never a meeting.
     let left = 0.1 * (distance - kept).min(2.0 * thickness);
-    if known.bound_over(nodes, course, from, to) >= wanted.max(kept + left) {
+    if known.clears_over(nodes, course, from, to, wanted.max(kept + left)) {
         return;
     }
     let start = element.nodes.map(|n| scene.position[n as usize]);

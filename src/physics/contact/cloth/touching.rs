@@ -6,7 +6,7 @@ use glam::DVec3;
 use super::features::{Element, Features};
 use super::nearby::{Found, NearElement, NearNode, Nearby, Plane};
 use super::rows::{Key, NONE, Row};
-use super::shapes::{Course, ElementNear, Pose, element_near};
+use super::shapes::{Course, ElementNear, Pose, element_near_from};
 use crate::geometry::Solid;
 use crate::geometry::solid::Near;
 
@@ -42,12 +42,12 @@ impl Scene<'_> {
         }
         let (solid, course) = (&self.solids[near.body as usize], &self.courses[near.body as usize]);
         let thickness = self.features.half_thickness[near.part as usize];
-        near.place(course, self.h, self.position, self.velocity, parallel);
+        near.place(course, self.h, self.position, self.velocity, |_| true, parallel);
         near.measure(solid, thickness + self.floor, parallel);
         let (body, rule) = (near.body, near.rule);
-        let tasks = near.each(room, parallel, |nodes, element, found| {
+        let tasks = near.each(room, parallel, |placed, element, found| {
             let pair = BodyPair { element: element.id, body, rule };
-            self.rows(&pair, nodes, element, found);
+            self.rows(&pair, placed.nodes, element, found);
         });
         room[..tasks].iter().for_each(|found| rows.extend_from_slice(&found.rows));
         room[..tasks].iter().map(|found| found.tests).sum()
@@ -61,8 +61,7 @@ impl Scene<'_> {
         let x = known.starts(nodes);
         let corners = known.corners.map(|c| &nodes[c as usize]);
         let reach = corners.iter().map(|c| c.reach).fold(0.0, f64::max) + self.floor;
-        let bound = known.bound(nodes, x);
-        if bound > thickness + reach {
+        if known.clears(nodes, x, thickness + reach) {
             return;
         }
         found.tests += 1;
@@ -82,10 +81,10 @@ impl Scene<'_> {
             }
         }
         let deeper = lowest - DEEPER * thickness;
-        if bound >= deeper {
+        if known.clears(nodes, x, deeper) {
             return;
         }
-        let near = element_near(x, element.is_face(), solid);
+        let near = element_near_from(x, known.nears(nodes), element.is_face(), solid);
         known.distance = Some(near.near.distance);
         known.floor = Plane::at((0..3).map(|k| x[k] * near.weights[k]).sum(), &near.near);
         if near.near.distance < deeper && near.near.distance <= thickness + reach {
