@@ -56,6 +56,10 @@ const CALM: f64 = 0.10;
 const WINDOW: f64 = 8.0;
 const WINDOWS: [f64; 2] = [4.0, 16.0];
 
+/// While the fastest node goes less than this share of the skin, looking farther costs no pairs; but at most so many steps.
+const IDLE: f64 = 0.25;
+const LONGEST: f64 = 1024.0;
+
 /// Share of stale nodes beyond which all is sought anew.
 const STALE: usize = 8;
 
@@ -153,13 +157,15 @@ impl Reference {
     ) {
         let first = self.position.len() != x.len();
         let lasted = if h > 0.0 { self.time / h } else { 0.0 };
+        let fastest = v.iter().map(|v| (*v - frame.drift).length_squared()).fold(0.0, f64::max).sqrt();
+        let idle = (IDLE * room.skin / (h * fastest).max(f64::MIN_POSITIVE)).min(LONGEST);
         self.window = if first {
-            WINDOW
+            WINDOW.max(idle)
         } else {
             let balance = SEARCH * elements as f64 / (pairs as f64 * self.window).max(1.0);
             let wanted = self.window * balance.sqrt().clamp(0.5, 2.0);
             // There is no use in looking farther than the lists ever last.
-            wanted.min(2.0 * lasted.max(1.0)).clamp(WINDOWS[0], WINDOWS[1])
+            wanted.min(2.0 * lasted.max(1.0)).clamp(WINDOWS[0].max(idle), WINDOWS[1].max(idle))
         };
         let Frame { centre, drift } = *frame;
         let radius = |n: usize| {
