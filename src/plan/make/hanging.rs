@@ -50,6 +50,7 @@ impl Maker<'_> {
                 let place = self.anchor_place(*anchor, None)?;
                 Some((*anchor, place))
             }
+            _ if matches!(&spot.value, Spot::On(on) if on.terms.iter().any(|term| self.waits(term.item))) => None,
             _ => {
                 let message = format!("`{}` cannot hang from this", item.name);
                 let span = hook_span(&spot.value, spot.span());

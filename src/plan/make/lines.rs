@@ -136,7 +136,7 @@ impl Maker<'_> {
             let broken = match &of.body {
                 ItemBody::Cloth(_) | ItemBody::Gore(_) => !self.sheets.iter().any(|sheet| sheet.item == term.item),
                 ItemBody::Seam(_) => !self.seams.iter().any(|seam| seam.item == term.item),
-                _ => false,
+                _ => self.waits(term.item),
             };
             !broken
         };
@@ -148,6 +148,12 @@ impl Maker<'_> {
             );
             self.diagnostics.push(found);
         }
+    }
+
+    /// Whether an item, or what it is part of, is of a kind that nothing runs yet: that is told at its own line.
+    pub(super) fn waits(&self, id: ItemId) -> bool {
+        let item = self.scene.item(id);
+        matches!(item.body, ItemBody::Reserved(_)) || item.of.is_some_and(|of| self.waits(of))
     }
 
     /// A place whose part is not there; where that part was refused, it is told there.
