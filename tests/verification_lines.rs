@@ -178,6 +178,7 @@ fn a_slack_line_hangs_in_the_catenary() {
             length,
             segments: vec![segments],
             closed: false,
+            slides: false,
             gravity: [0.0, 9.0, -1.0],
         };
         let line = draft.domain("line", Recipe::Line { path, law, velocity: [0.0; 3] }, 1024);

@@ -134,6 +134,9 @@ pub struct LineRecipe {
     pub segments: Vec<u32>,
     /// Its ends are joined: the last place goes on to the first.
     pub closed: bool,
+    /// It slides through its places, one segment from each to the next, and has one tension all along.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub slides: bool,
     /// Direction and size of what makes slack hang (m/s²); zero hangs along −z.
     pub gravity: [f64; 3],
 }

@@ -5,10 +5,15 @@
 use glam::DVec3;
 
 use super::PartId;
+use super::bar::Bar;
 use super::bending::Patch;
+use super::blocks::Block;
 use super::elements::Elements;
 use super::sets::FormSet;
 use super::strip::Hold;
+
+/// Least share of a sliding line's length between two of its nodes: what lies there has no direction.
+const SHORTEST: f64 = 1e-9;
 
 /// What a correction of positions did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -138,6 +143,31 @@ impl Elements {
     /// Hauls a line in or pays it out: its rest lengths are `ratio` times those at the start, its EA stays.
     pub fn set_rest_ratio(&mut self, part: PartId, ratio: f64) {
         self.sets.bars.iter_mut().filter(|set| set.part == part && set.line).for_each(|set| set.ratio = ratio);
+    }
+
+    /// Lets a line slide through its nodes: its `length` at rest (m) lies between them as they lie now, so that EA (N) pulls it
+    /// with one tension all along.
+    pub fn slide(&mut self, part: PartId, length: f64, ea: f64, position: &[DVec3]) {
+        for (number, set) in self.sets.bars.iter_mut().enumerate().filter(|(_, set)| set.part == part && set.line) {
+            let chord = |[i, j]: [u32; 2]| position[i as usize].distance(position[j as usize]);
+            let path: f64 = set.nodes.iter().map(|nodes| chord(*nodes)).sum();
+            let slid = |chord: f64, bar: &mut Bar| {
+                bar.rest = if path > 0.0 { (chord * (length / path)).max(SHORTEST * length) } else { length };
+                bar.stiffness = ea / bar.rest;
+            };
+            set.nodes.iter().zip(&mut set.bars).for_each(|(nodes, bar)| slid(chord(*nodes), bar));
+            for block in &mut self.blocks {
+                let Block { nodes: own, halo, bars, .. } = block;
+                let net = |local: u32| match local < own.len() as u32 {
+                    true => own.start + local,
+                    false => halo[local as usize - own.len()],
+                };
+                for list in bars.iter_mut().filter(|list| list.set as usize == number) {
+                    let each = list.nodes.iter().zip(&mut list.bars);
+                    each.for_each(|(nodes, bar)| slid(chord(nodes.map(net)), bar));
+                }
+            }
+        }
     }
 
     /// Whether springs of some sheet have a cap on their elongation.

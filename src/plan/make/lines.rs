@@ -73,7 +73,10 @@ impl Maker<'_> {
             self.diagnostics.push(found);
             return;
         }
-        let Some(law) = law else { return };
+        let Some(mut law) = law else { return };
+        if *line.slides && !self.slides(item, line, &mut law) {
+            return;
+        }
         let Some((length, legs)) = self.lengths(item, line, &law, &through, closed) else { return };
         let Some(segments) = self.segments(item, line, length, &legs) else { return };
         self.refuse_unattached(id, item, line, &anchors);
@@ -82,6 +85,7 @@ impl Maker<'_> {
             length,
             segments,
             closed,
+            slides: *line.slides,
             gravity: self.gravity_of_run(),
         };
         let path = match sheet::unfold_line(&recipe) {
@@ -102,6 +106,18 @@ impl Maker<'_> {
         for (anchor, node) in anchors.iter().zip(at) {
             self.tie(item, domain, node, *anchor);
         }
+    }
+
+    /// What a line that slides cannot have. A dashpot between its places would hold it fast: it has none.
+    fn slides(&mut self, item: &Item, line: &Line, law: &mut CordLaw) -> bool {
+        self.take_each(item, "slides", &line.slides, "true, without friction or damping".to_owned());
+        law.damping = 0.0;
+        if let Some(cell) = &line.cell {
+            let message = format!("`{}` slides, and has nodes only at the places that it goes through", item.name);
+            self.diagnostics.push(Diagnostic::error("E0861", message, cell.span(), "no cells on a line that slides"));
+            return false;
+        }
+        true
     }
 
     /// What a line runs through; None where a place is none, which is then reported.

@@ -31,6 +31,7 @@ impl Maker<'_> {
         self.net_bounds();
         let bound = self.advice.bounds.iter().map(|bound| bound.step).fold(f64::INFINITY, f64::min);
         let stepping = self.stepping(run, run_origin, !chains.is_empty(), bound);
+        self.refuse_sliding(&stepping);
         let half_kick =
             |maker: &mut Self| maker.pass("half_kick", Kernel::HalfKick, &["force", "mass"], &["velocity"], run_origin);
         let moves = !stepping.equilibrium && stepping.scheme.is_none();
@@ -92,6 +93,23 @@ impl Maker<'_> {
         if run.precision.value == crate::scene::Precision::F32 {
             let found =
                 Diagnostic::error("E0855", "single precision is not available yet", run.precision.span(), "cannot run");
+            self.diagnostics.push(found);
+        }
+    }
+
+    /// A line that slides is laid anew between its places before each kick; other rules would have to know how it slides.
+    fn refuse_sliding(&mut self, stepping: &Stepping) {
+        if stepping.scheme.is_none() && !stepping.equilibrium {
+            return;
+        }
+        let sliding = self.scene.items.iter().filter_map(|item| match &item.body {
+            ItemBody::Line(line) if line.slides.value => Some((item, line.slides.span())),
+            _ => None,
+        });
+        for (item, span) in sliding {
+            let message = format!("`{}` slides, and this run cannot let it", item.name);
+            let found = Diagnostic::error("E0862", message, span, "slides in steps of leapfrog alone")
+                .note("Take `integrator = auto`, and a `duration` with damping instead of `solve = static`.");
             self.diagnostics.push(found);
         }
     }

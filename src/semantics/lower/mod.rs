@@ -165,11 +165,6 @@ impl Elaborator<'_> {
                 return Some(("start", "sheets that start from a state", span));
             }
         }
-        if is("line")
-            && let Some((Value::Truth(true), span)) = value("slides")
-        {
-            return Some(("slides", "lines that slide", span));
-        }
         if is("air")
             && let Some(Slot { value: Value::Symbol { name, .. }, origin }) = object.fields.get("model")
             && **name != *"quasi_steady"

@@ -90,8 +90,41 @@ impl NetRun {
         new - old - 0.5 * (pulls - pulled) * self.opening(part, segment, h)
     }
 
-    /// Parts segments of one line and returns the energy that this takes, J (negative).
+    /// Lets lines slide through their places, as these lie now; before every look at the forces.
+    pub fn slide_lines(&mut self) {
+        for part in 0..self.parts.len() {
+            let NetKind::Line { slides: Some(length), stiffness, .. } = self.parts[part].kind else { continue };
+            if self.memory.gone.iter().any(|(gone, _)| *gone as usize == part) {
+                continue;
+            }
+            self.elements.slide(PartId(part as u32), length, stiffness, &self.net.position);
+            let chords: Vec<f64> = (0..self.segments_of(part)).map(|k| self.chord(part, k).length()).collect();
+            let path: f64 = chords.iter().sum();
+            let NetKind::Line { rest_length, .. } = &mut self.parts[part].kind else { continue };
+            for (rest, chord) in rest_length.iter_mut().zip(chords) {
+                *rest = if path > 0.0 { chord * (length / path) } else { *rest };
+            }
+        }
+    }
+
+    fn segments_of(&self, part: usize) -> usize {
+        match &self.parts[part].kind {
+            NetKind::Line { rest_length, .. } => rest_length.len(),
+            _ => 0,
+        }
+    }
+
+    /// Parts segments of one line and returns the energy that this takes, J (negative). A line that slides is slack all along
+    /// once it is cut.
     fn part_segments(&mut self, part: usize, segments: &[u32], h: f64) -> f64 {
+        let all: Vec<u32>;
+        let segments = match self.parts[part].kind {
+            NetKind::Line { slides: Some(_), .. } => {
+                all = (0..self.segments_of(part) as u32).collect();
+                &all
+            }
+            _ => segments,
+        };
         let gone = &self.memory.gone;
         let left: Vec<u32> =
             segments.iter().copied().filter(|segment| !gone.contains(&(part as u32, *segment))).collect();

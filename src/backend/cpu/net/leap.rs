@@ -185,6 +185,7 @@ impl Engine<'_> {
         if self.net.is_empty() {
             return;
         }
+        self.net.slide_lines();
         self.change_net();
         self.load_net();
         std::mem::swap(&mut self.net.net.velocity, &mut self.net.before);
@@ -206,6 +207,7 @@ impl Engine<'_> {
         if self.net.is_empty() {
             return;
         }
+        self.net.slide_lines();
         std::mem::swap(&mut self.net.net.velocity, &mut self.net.before);
         self.net.kick(self.h, self.program.gravity, &self.bodies);
         self.measure_net();
@@ -217,6 +219,7 @@ impl Engine<'_> {
         if self.net.is_empty() {
             return;
         }
+        self.net.slide_lines();
         self.load_net();
         std::mem::swap(&mut self.net.net.velocity, &mut self.net.before);
         self.net.kick(-0.5 * h, self.program.gravity, &self.bodies);

@@ -50,6 +50,8 @@ pub enum NetKind {
         stiffness: f64,
         tension_only: bool,
         rest_length: Vec<f64>,
+        /// Length at rest over all of a line that slides through its places, m.
+        slides: Option<f64>,
     },
     /// With their names.
     Points {

@@ -45,7 +45,9 @@ pub fn unfold(plan: &Plan, bodies: &mut Bodies) -> Result<NetRun, Refusal> {
                 builder.add_line(id, node_of, &path.rest_length, recipe.closed, law);
                 lump(&mut net.mass, node_of, &line_mass(&path.rest_length, node_of.len(), law));
                 let rest_length = path.rest_length.clone();
+                let slides = recipe.slides.then_some(recipe.length);
                 NetKind::Line {
+                    slides,
                     closed: recipe.closed,
                     stiffness: law.stiffness,
                     tension_only: law.tension_only,

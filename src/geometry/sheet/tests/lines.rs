@@ -2,7 +2,7 @@ use super::*;
 use proptest::prelude::*;
 
 fn line(through: &[[f64; 3]], length: f64, segments: &[u32], closed: bool) -> LineRecipe {
-    LineRecipe { through: through.to_vec(), length, segments: segments.to_vec(), closed, gravity: [0.0, 0.0, -9.81] }
+    LineRecipe { through: through.to_vec(), length, segments: segments.to_vec(), closed, slides: false, gravity: [0.0, 0.0, -9.81] }
 }
 
 /// Sag over span at length over span: reference values of the inextensible catenary.
@@ -94,7 +94,7 @@ proptest! {
 
     #[test]
     fn no_line_panics(a in prop::array::uniform3(odd()), b in prop::array::uniform3(odd()), length in odd(), g in prop::array::uniform3(odd()), closed: bool) {
-        let recipe = LineRecipe { through: vec![a, b, [0.0; 3]], length, segments: vec![3; 2 + usize::from(closed)], closed, gravity: g };
+        let recipe = LineRecipe { through: vec![a, b, [0.0; 3]], length, segments: vec![3; 2 + usize::from(closed)], closed, slides: false, gravity: g };
         if let Ok(path) = unfold_line(&recipe) {
             prop_assert!(path.position.iter().all(|p| p.is_finite()), "{recipe:?} {path:?}");
         }
