@@ -73,8 +73,7 @@ impl NetRun {
     /// Takes the stiff parts out of the room, as they are now.
     fn take_fast(&mut self, substeps: u32, bodies: usize) -> Box<Fast> {
         let made_for = (self.changes(), &self.memory.rest_ratio);
-        let fits = |fast: &Box<Fast>| (fast.made_for.0, &fast.made_for.1) == made_for;
-        if let Some(fast) = self.room.fast.take().filter(fits) {
+        if let Some(fast) = self.room.fast.take().filter(|fast| (fast.made_for.0, &fast.made_for.1) == made_for) {
             return fast;
         }
         let (nodes, elements) = self.elements.only(|PartId(part)| self.stiff[part as usize], BLOCK);
