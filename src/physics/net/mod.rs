@@ -26,6 +26,7 @@ mod sweep;
 mod tangent;
 #[cfg(test)]
 mod tests;
+mod wide;
 
 pub use bending::Patch;
 pub use bound::{Bound, line_bound, line_mass, lumped_mass, sheet_bound};

@@ -2,7 +2,8 @@
 
 use glam::{DMat3, DQuat, DVec2, DVec3};
 
-use super::lanes::{Kernel, Lanes, Machine, Plain, Wide};
+use super::lanes::{Kernel, Lanes, Machine, Plain};
+use super::wide::Wide;
 use super::*;
 use crate::geometry::sheet::SheetMesh;
 use crate::plan::{BendingLaw, CordLaw, FabricLaw, MembraneLaw, OriginId, SeamLaw, SpringTopology};
