@@ -6,9 +6,10 @@ use std::ops::Range;
 
 use super::PartSums;
 use super::blocks::{STRETCH, Triangles};
-use super::lanes::{Four, Kernel, Lanes, Machine, Vectors, Wide, dot, vectors};
+use super::lanes::{Four, Kernel, Lanes, Machine};
 use super::sets::TriangleSet;
 use super::sweep::Scratch;
+use super::wide::{Vectors, Wide, dot, vectors};
 
 /// Corners of four triangles, `[corner][triangle]`.
 pub type Corners = [[u32; 4]; 3];

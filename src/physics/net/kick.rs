@@ -6,7 +6,8 @@ use glam::DVec3;
 
 use super::NodeSums;
 use super::elements::KickView;
-use super::lanes::{Four, Kernel, Lanes, Machine, Vectors, Wide, dot, vectors};
+use super::lanes::{Four, Kernel, Lanes, Machine};
+use super::wide::{Vectors, Wide, dot, vectors};
 
 /// What all nodes of a kick have in common.
 #[derive(Clone, Copy)]

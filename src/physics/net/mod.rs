@@ -9,6 +9,7 @@ mod bending;
 mod blocks;
 mod bound;
 mod build;
+mod damped;
 mod elements;
 mod epochs;
 mod fold;
@@ -25,10 +26,12 @@ mod sweep;
 mod tangent;
 #[cfg(test)]
 mod tests;
+mod wide;
 
 pub use bending::Patch;
 pub use bound::{Bound, Laden, line_bound, line_mass, lumped_mass, sheet_bound};
 pub use build::Builder;
+pub use damped::{Stages, Weights, substeps_reach};
 pub use elements::{Elements, KickView, Kicked};
 pub use epochs::Corrected;
 pub use fold::{Side, fold_bound, folds};

@@ -1,15 +1,18 @@
 //! Which parts of a net are stiff enough to take steps of their own, and what that gains.
 
+use crate::physics::net::substeps_reach;
 use crate::plan::told::time;
-use crate::plan::{Join, cost};
+use crate::plan::{Join, Recipe, cost};
 
 use super::scheme::NET_SHARE;
 use super::{Maker, group_name};
 
-/// An impulse every π/ω or later can be in step with a vibration of the stiff parts (Biesiadecki & Skeel, J. Comput. Phys.
-/// 109, 1993). So a step has at most two sub-steps: ω times it is at most 3, 1.5 times 2/ω. Four
-/// and eight fed energy into a damped stay on a sheet.
-pub(super) const UNTIL_RESONANCE: f64 = 1.5;
+/// A step has at most so many sub-steps of parts that push as well as pull, and of lines that can go slack: where such a line goes
+/// taut is seen once a step. With four, lines that whip slack and taut fed more energy than the books allow in half of the scenes tried.
+const MOST: [u32; 2] = [8, 3];
+
+/// Sub-steps cost the forces of the stiff parts twice: for what they do and for what their dashpots take.
+const PASSES: f64 = 2.0;
 
 /// Two rates are offered where they are predicted to gain at least this much.
 const WORTH: f64 = 1.3;
@@ -25,6 +28,8 @@ pub(super) struct Rates {
     /// Step of the run (s), and of the stiff parts in it.
     pub step: f64,
     pub substeps: u32,
+    /// Stable steps of leapfrog of the stiff parts that a step may take.
+    pub reach: f64,
     /// Predicted time of leapfrog over that of the two rates.
     pub gain: f64,
 }
@@ -44,25 +49,27 @@ impl Maker<'_> {
                 let own = bounds.iter().filter(move |bound| (bound.step < *outer) == stiff);
                 own.map(|bound| bound.domain.clone()).collect::<Vec<String>>()
             };
-            let step = step.unwrap_or((NET_SHARE * outer).min(UNTIL_RESONANCE * inner));
-            let substeps = (step / (NET_SHARE * inner) * (1.0 - 1e-9)).ceil().max(1.0);
             let stiff = names(true);
-            let cost = self.step_cost(&stiff, Some(substeps)) / step;
-            Rates {
-                rest: names(false),
-                stiff,
-                inner,
-                outer: *outer,
-                step,
-                substeps: substeps as u32,
-                gain: leap / cost,
-            }
+            let most = self.most_substeps(&stiff);
+            let step = step.unwrap_or(NET_SHARE * outer.min(substeps_reach(most) * inner));
+            let enough = |substeps: &u32| substeps_reach(*substeps) * NET_SHARE * inner >= step * (1.0 - 1e-9);
+            let substeps = (1..most).find(enough).unwrap_or(most);
+            let cost = self.step_cost(&stiff, Some(PASSES * f64::from(substeps))) / step;
+            let reach = substeps_reach(most);
+            Rates { rest: names(false), stiff, inner, outer: *outer, step, substeps, reach, gain: leap / cost }
         };
         cuts[1..].iter().map(of).filter(|rates| rates.substeps > 1).max_by(|a, b| a.gain.total_cmp(&b.gain))
     }
 
-    /// Says what two rates would gain under the resonances of the stiff parts. `auto` does not take them: its books close less
-    /// well where stiff lines go slack and taut.
+    fn most_substeps(&self, stiff: &[String]) -> u32 {
+        let slack = self.body.domains.iter().any(|domain| {
+            let line = matches!(&domain.recipe, Recipe::Line { law, .. } if law.tension_only);
+            line && stiff.contains(&group_name(&domain.name))
+        });
+        MOST[usize::from(slack)]
+    }
+
+    /// Says what two rates would gain. `auto` does not take them: what is stiff moves as far as it should, but not in time with itself.
     pub(super) fn note_worthy_rates(&mut self) {
         if let Some(rates) = self.rates(None).filter(|rates| rates.gain >= WORTH) {
             self.advice.notes.push(format!(

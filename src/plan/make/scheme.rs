@@ -6,7 +6,6 @@ use crate::scene::{Extents, Integrator, Run, Step};
 
 use super::Maker;
 use super::net::Form;
-use super::rates::UNTIL_RESONANCE;
 
 /// Steps of an implicit scheme over the explicit bound, where the scene leaves them open.
 const IMPLICIT_OVER: f64 = 100.0;
@@ -111,7 +110,7 @@ impl Maker<'_> {
         }
         let equilibrium = still && alone && !self.pieces.iter().any(needs_dynamics);
         let rates = forced;
-        let reach = rates.as_ref().map_or(reach(scheme), |rates| (rates.outer / rates.inner).min(UNTIL_RESONANCE));
+        let reach = rates.as_ref().map_or(reach(scheme), |rates| (rates.outer / rates.inner).min(rates.reach));
         if let Some(rates) = &rates {
             self.take_rates(rates);
         }

@@ -7,6 +7,7 @@ use crate::backend::cpu::actions::{Action, ActionKind};
 use crate::backend::cpu::engine::{Engine, longest_step};
 use crate::backend::observe::HaltReason;
 use crate::backend::solve::{BlockMatrix, dot};
+use crate::physics::net::substeps_reach;
 use crate::physics::{draw, gershgorin};
 use crate::plan::Scheme;
 
@@ -143,7 +144,7 @@ impl Engine<'_> {
     fn share_of_bound(&self) -> Option<f64> {
         match (self.net.is_empty(), self.is_whole(), self.program.scheme) {
             (false, false, _) => Some(1.0),
-            (false, true, Some(Scheme::Multirate { substeps })) => Some(1.0 / f64::from(substeps.max(1))),
+            (false, true, Some(Scheme::Multirate { substeps })) => Some(1.0 / substeps_reach(substeps)),
             (false, true, Some(Scheme::Rk4)) => Some(std::f64::consts::FRAC_1_SQRT_2),
             _ => None,
         }

@@ -2,7 +2,8 @@
 
 use glam::{DMat3, DQuat, DVec2, DVec3};
 
-use super::lanes::{Kernel, Lanes, Machine, Plain, Wide};
+use super::lanes::{Kernel, Lanes, Machine, Plain};
+use super::wide::Wide;
 use super::*;
 use crate::geometry::sheet::SheetMesh;
 use crate::plan::{BendingLaw, CordLaw, FabricLaw, MembraneLaw, OriginId, SeamLaw, SpringTopology};
@@ -374,4 +375,27 @@ fn lanes_keep_what_is_no_number_out_of_the_largest() {
         let (larger, largest) = machine.run(Largest([0.0, 1.0, 3.0, -2.0], [f64::NAN, 2.0, f64::NAN, -1.0]));
         assert_eq!((larger, largest), ([0.0, 2.0, 3.0, -1.0], 3.0));
     }
+}
+
+#[test]
+fn damped_stages_let_no_mode_grow_and_start_at_the_slope() {
+    for count in [1, 2, 3, 4, 8, 16] {
+        let stages = Stages::new(count);
+        // y' = −λy over 1 from y = 1.
+        let after = |rate: f64| {
+            let (mut change, mut before) = (0.0, 0.0);
+            for k in 0..stages.count() {
+                let Weights { last, before: old, rate: weight } = stages.weights(k);
+                let next = last * change - old * before - weight * rate * (1.0 + change);
+                (before, change) = (change, next);
+            }
+            1.0 + change
+        };
+        assert!((after(1e-6) - (1.0 - 1e-6)).abs() < 1e-11, "{count}");
+        let inside = (1..=1000).map(|k| after(stages.reach() * f64::from(k) * 1e-3).abs());
+        assert!(inside.fold(0.0, f64::max) < 1.0, "{count}");
+        assert!(after(1.02 * stages.reach()).abs() > after(stages.reach()).abs(), "{count}");
+    }
+    let reach = [2, 3, 4, 8].map(|count| (100.0 * substeps_reach(count)).round());
+    assert_eq!(reach, [129.0, 183.0, 238.0, 465.0]);
 }
