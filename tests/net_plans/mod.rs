@@ -54,7 +54,8 @@ pub enum Step {
 impl Draft {
     pub fn line(&mut self, name: &str, law: CordLaw, through: Vec<[f64; 3]>, length: f64, segments: u32) -> DomainId {
         let segments = vec![segments; through.len() - 1];
-        let path = LineRecipe { through, length, segments, closed: false, slides: false, gravity: [0.0, 0.0, -GRAVITY] };
+        let path =
+            LineRecipe { through, length, segments, closed: false, slides: false, gravity: [0.0, 0.0, -GRAVITY] };
         self.domain(name, Recipe::Line { path, law, velocity: [0.0; 3] }, 1024)
     }
 

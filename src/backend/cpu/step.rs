@@ -213,6 +213,7 @@ impl Engine<'_> {
             (bodies.turn[i], bodies.spin[i]) = (turn, spin);
         }
         self.net.follow(&self.bodies);
+        self.net.slide_lines();
         self.break_net();
     }
 

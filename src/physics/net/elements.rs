@@ -59,7 +59,7 @@ pub struct Elements {
     pub(super) machine: Machine,
     nodes: usize,
     size: usize,
-    blocks: Vec<Block>,
+    pub(super) blocks: Vec<Block>,
     /// Sums of each block's lists, in its order.
     sums: Vec<Vec<PartSums>>,
     of_nodes: Vec<NodeSums>,
@@ -104,10 +104,6 @@ impl Elements {
         };
         elements.cut_anew();
         elements
-    }
-
-    pub(super) fn blocks(&self) -> &[Block] {
-        &self.blocks
     }
 
     /// Nodes of the net.

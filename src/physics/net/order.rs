@@ -82,6 +82,6 @@ fn split(places: &[DVec2], list: &mut [u32], first: usize, block: usize) {
 impl Elements {
     /// Nodes that blocks copy from others over the nodes of the net: the share of work done twice is about this.
     pub fn halo_share(&self) -> f64 {
-        self.blocks().iter().map(|block| block.halo.len()).sum::<usize>() as f64 / self.nodes().max(1) as f64
+        self.blocks.iter().map(|block| block.halo.len()).sum::<usize>() as f64 / self.nodes().max(1) as f64
     }
 }

@@ -54,9 +54,7 @@ pub enum NetKind {
         slides: Option<f64>,
     },
     /// With their names.
-    Points {
-        names: Vec<String>,
-    },
+    Points { names: Vec<String> },
     /// A tape or a strip along a join: elements without nodes of its own.
     Join {
         edges: [Vec<u32>; 2],

@@ -2,7 +2,14 @@ use super::*;
 use proptest::prelude::*;
 
 fn line(through: &[[f64; 3]], length: f64, segments: &[u32], closed: bool) -> LineRecipe {
-    LineRecipe { through: through.to_vec(), length, segments: segments.to_vec(), closed, slides: false, gravity: [0.0, 0.0, -9.81] }
+    LineRecipe {
+        through: through.to_vec(),
+        length,
+        segments: segments.to_vec(),
+        closed,
+        slides: false,
+        gravity: [0.0, 0.0, -9.81],
+    }
 }
 
 /// Sag over span at length over span: reference values of the inextensible catenary.
