@@ -10,7 +10,8 @@ use crate::backend::cpu::engine::Engine;
 use crate::backend::observe::{HaltReason, NetView, StartOverlap};
 use crate::geometry::sheet;
 use crate::physics::contact::cloth::{
-    ClothContact, ClothContactStats, ClothMemory, ClothRule, ClothSettings, ClothSide, Features, Overlap, Part, Refused,
+    ClothContact, ClothContactStats, ClothMemory, ClothRule, ClothSettings, ClothSide, Features, Overlap, Part,
+    Refused, Tie,
 };
 use crate::plan::{ContactRule, ContactSide, DomainId, Kernel, NetSkin, OriginId, Plan, Recipe};
 
@@ -130,6 +131,8 @@ impl Engine<'_> {
             settings.tolerance = 1e-9 * thinnest;
         }
         let mut solver = ClothContact::new(settings, features, &laws, &self.bodies);
+        let tie = |anchor: &super::Anchor| Tie { node: anchor.node, body: anchor.body, arm: anchor.arm };
+        solver.tie(&self.net.anchors.iter().map(tie).collect::<Vec<_>>());
         match memory {
             Some(memory) => solver.recall(memory),
             None => self.refuse_tangled(&mut solver, &domains, settings.tolerance)?,
@@ -285,8 +288,14 @@ impl Engine<'_> {
             bodies.turn[i] = (DQuat::from_scaled_axis(turned) * bodies.turn[i]).normalize();
             moved |= change != DVec3::ZERO || turned != DVec3::ZERO;
         }
-        net.room.known &= !moved;
         self.net.follow(&self.bodies);
+        if moved {
+            // The energies belong to where contact left things, as its work does.
+            self.net.room.known = false;
+            self.whole_forces();
+            self.net.room.known = true;
+            self.measure_whole();
+        }
         self.book_net_contact(touch);
     }
 
