@@ -112,6 +112,10 @@ run press { duration = 30 ms }";
     assert!(origin.place.contains(":5:"), "{}", origin.place);
     let gap = done.state.bodies[1].position.z - 10e-3;
     assert!(gap > 0.99e-3 && gap < 1.001e-3, "they stood {gap} m apart");
+    // The step that could not be taken is in no book.
+    let residual = done.ledger.total().residual().abs();
+    let share = residual / done.ledger.exchanged();
+    assert!(share < 1e-3, "{residual} J of {} J", done.ledger.exchanged());
 }
 
 /// A ball that meets the end of a line meets the load that the line is tied to: what it loses the load gains, and what is lost

@@ -223,10 +223,29 @@ impl Engine<'_> {
         if runs {
             if self.is_whole() { self.correct_whole(&mut touch) } else { self.correct_kicked(&mut touch) }
         }
+        let refused = touch.last.refused.is_some();
         self.net_touch = Some(touch);
-        if runs && self.is_whole() {
+        if !runs {
+            return;
+        }
+        if refused {
+            self.take_back();
+        } else if self.is_whole() {
             self.book_all_met();
         }
+    }
+
+    /// A step that contact cannot clear is not taken: the state and the books are those before it.
+    fn take_back(&mut self) {
+        if self.is_whole() {
+            self.go_back();
+        } else {
+            std::mem::swap(&mut self.chains.velocity, &mut self.before);
+            self.net.unkick();
+            let bodies = self.bodies.velocity.iter_mut().zip(&mut self.bodies.spin);
+            bodies.zip(&self.bodies_before).for_each(|((v, spin), before)| (*v, *spin) = *before);
+        }
+        self.forget_books();
     }
 
     fn correct_kicked(&mut self, touch: &mut NetTouch) {
