@@ -6,6 +6,7 @@ mod contact_cloth_scene;
 use contact_cloth_scene::*;
 use glam::{DQuat, DVec3};
 use ripstop::geometry::Solid;
+use ripstop::physics::Bodies;
 use ripstop::physics::contact::cloth::*;
 
 fn report(name: &str, w: &World) {
@@ -380,4 +381,60 @@ fn what_starts_in_each_other_is_told() {
         w.body(ball, 0.0, DVec3::new(0.03, 0.02, -0.0301), DQuat::IDENTITY, DVec3::ZERO);
     });
     assert_eq!(apart, None);
+}
+
+/// A ball meets a string tied to a block off its middle, and, at the far end, to nothing: momentum and moment of momentum are
+/// kept, and no energy comes.
+#[test]
+fn what_a_tied_node_meets_its_body_meets() {
+    for (reach, restitution) in [(0.0, 0.0), (0.05, 0.0), (0.05, 0.5), (0.5, 0.0)] {
+        let arm = DVec3::new(0.03, 0.02, 0.01);
+        let half = 1e-3;
+        let part = Part { half_thickness: half, segments: vec![[0, 1]], ..Part::default() };
+        let mut position = vec![arm, arm + DVec3::X * 0.2];
+        let mass = [0.0, 2e-3];
+        let features = Features::new(&[part], position.clone()).expect("a string");
+        let ball = DVec3::new(arm.x + 0.2 * reach, arm.y, arm.z + 0.0105 + half);
+        let solids = vec![Solid::Box { half: DVec3::new(0.02, 0.02, 0.005) }, Solid::Sphere { radius: 0.01 }];
+        let weights = [0.2, 0.5];
+        let inertia = [0, 1].map(|k: usize| solids[k].inertia(weights[k]));
+        let mut bodies = Bodies {
+            position: vec![DVec3::ZERO, ball],
+            turn: vec![DQuat::from_rotation_x(0.0); 2],
+            velocity: vec![DVec3::new(0.1, 0.0, 0.2), DVec3::new(0.0, 0.3, -2.0)],
+            spin: vec![DVec3::new(0.0, 1.0, 0.0), DVec3::ZERO],
+            inverse_mass: weights.map(f64::recip).to_vec(),
+            inverse_inertia: inertia.map(DVec3::recip).to_vec(),
+            solids,
+        };
+        let rule =
+            ClothRule { between: [ClothSide::Part(0), ClothSide::Body(1)], restitution, at_rest: 0.3, sliding: 0.3 };
+        let mut contact = ClothContact::new(ClothSettings::for_half_thickness(half), features, &[rule], &bodies);
+        contact.tie(&[Tie { node: 0, body: 0, arm }]);
+        let carried = |b: &Bodies| b.velocity[0] + b.spin[0].cross(b.turn[0] * arm);
+        let mut velocity = vec![carried(&bodies), DVec3::ZERO];
+        let sums = |b: &Bodies, v: &[DVec3], x: &[DVec3]| {
+            let (mut p, mut l) = (mass[1] * v[1], mass[1] * x[1].cross(v[1]));
+            let mut energy = 0.5 * mass[1] * v[1].length_squared();
+            for k in 0..2 {
+                p += weights[k] * b.velocity[k];
+                l += weights[k] * b.position[k].cross(b.velocity[k]) + inertia[k] * b.spin[k];
+                energy += 0.5 * (weights[k] * b.velocity[k].length_squared() + (inertia[k] * b.spin[k]).dot(b.spin[k]));
+            }
+            (p, l, energy)
+        };
+        let first = sums(&bodies, &velocity, &position);
+        let h = 1e-3;
+        let approach = velocity.clone();
+        let stats = contact.solve(h, &position, &approach, &mut velocity, &[0.0, 500.0], &mut bodies, None);
+        assert!(stats.refused.is_none() && stats.pressed > 0, "{reach}: {stats:?}");
+        let last = sums(&bodies, &velocity, &position);
+        assert!((last.0 - first.0).length() < 1e-14, "{reach}: momentum {} to {}", first.0, last.0);
+        assert!((last.1 - first.1).length() < 1e-15, "{reach}: moment {} to {}", first.1, last.1);
+        assert!(last.2 <= first.2, "{reach}: {} J to {} J", first.2, last.2);
+        assert!((bodies.velocity[0] - DVec3::new(0.1, 0.0, 0.2)).length() > 1e-2, "{reach}: the block met nothing");
+        // The node goes on with its body.
+        assert!((velocity[0] - carried(&bodies)).length() < 1e-14);
+        position[0] += h * velocity[0];
+    }
 }

@@ -50,6 +50,9 @@ impl Engine<'_> {
             self.net.unkick();
             return;
         }
+        if self.net_touch.is_some() {
+            self.note_books();
+        }
         for (part, account) in self.parts.iter().zip(&mut self.ledger.accounts) {
             account.now.viscosity += part.sums.viscosity;
             account.now.gravity += part.sums.gravity;

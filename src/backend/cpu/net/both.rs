@@ -88,6 +88,10 @@ impl Engine<'_> {
             self.solve_yarns(yarns);
             of_yarns.take(self, &base, &of_net);
         }
+        if touch.last.refused.is_some() {
+            // The step is not taken.
+            yarns.recall_sections(&before, &mut self.chains);
+        }
         self.yarns_kicked.clone_from(&base.yarns);
         self.shared = [base, of_net, of_yarns];
     }

@@ -12,7 +12,8 @@ use crate::backend::observe::{HaltReason, NetView, StartOverlap};
 use crate::geometry::sheet;
 use crate::physics::Chains;
 use crate::physics::contact::cloth::{
-    ClothContact, ClothContactStats, ClothMemory, ClothRule, ClothSettings, ClothSide, Features, Overlap, Part, Refused,
+    ClothContact, ClothContactStats, ClothMemory, ClothRule, ClothSettings, ClothSide, Features, Overlap, Part,
+    Refused, Tie,
 };
 use crate::plan::{ContactRule, ContactSide, DomainId, Kernel, NetSkin, OriginId, Plan, Recipe};
 
@@ -147,8 +148,11 @@ impl Engine<'_> {
             // A few rows between bodies are solved to the end for next to nothing.
             settings.tolerance = 1e-9 * thinnest;
         }
+        let mut solver = ClothContact::new(settings, features, &laws, &self.bodies);
+        let tie = |anchor: &super::Anchor| Tie { node: anchor.node, body: anchor.body, arm: anchor.arm };
+        solver.tie(&self.net.anchors.iter().map(tie).collect::<Vec<_>>());
         self.net_touch = Some(NetTouch {
-            solver: ClothContact::new(settings, features, &laws, &self.bodies),
+            solver,
             last: ClothContactStats::default(),
             rules: kept,
             between: laws.iter().map(|law| law.between).collect(),
@@ -253,10 +257,29 @@ impl Engine<'_> {
         if runs {
             if self.is_whole() { self.correct_whole(&mut touch) } else { self.correct_kicked(&mut touch) }
         }
+        let refused = touch.last.refused.is_some();
         self.net_touch = Some(touch);
-        if runs && self.is_whole() {
+        if !runs {
+            return;
+        }
+        if refused {
+            self.take_back();
+        } else if self.is_whole() {
             self.book_all_met();
         }
+    }
+
+    /// A step that contact cannot clear is not taken: the state and the books are those before it.
+    fn take_back(&mut self) {
+        if self.is_whole() {
+            self.go_back();
+        } else {
+            std::mem::swap(&mut self.chains.velocity, &mut self.before);
+            self.net.unkick();
+            let bodies = self.bodies.velocity.iter_mut().zip(&mut self.bodies.spin);
+            bodies.zip(&self.bodies_before).for_each(|((v, spin), before)| (*v, *spin) = *before);
+        }
+        self.forget_books();
     }
 
     fn correct_kicked(&mut self, touch: &mut NetTouch) {
@@ -334,8 +357,14 @@ impl Engine<'_> {
             bodies.turn[i] = (DQuat::from_scaled_axis(turned) * bodies.turn[i]).normalize();
             moved |= change != DVec3::ZERO || turned != DVec3::ZERO;
         }
-        net.room.known &= !moved;
         self.net.follow(&self.bodies);
+        if moved {
+            // The energies belong to where contact left things, as its work does.
+            self.net.room.known = false;
+            self.whole_forces();
+            self.net.room.known = true;
+            self.measure_whole();
+        }
         self.book_net_contact(touch);
     }
 

@@ -231,9 +231,21 @@ impl Engine<'_> {
         room.damping0.extend(net.sums.iter().map(|sums| sums.damping));
         room.taken.clear();
         room.taken.resize(net.sums.len(), None);
-        room.balance0.clear();
-        room.balance0.extend(self.ledger.accounts.iter().map(|account| account.now));
         net.before.clone_from(&net.net.velocity);
+        self.note_books();
+    }
+
+    /// Remembers the books as they are before a step.
+    pub(in crate::backend::cpu) fn note_books(&mut self) {
+        let balance = &mut self.net.room.balance0;
+        balance.clear();
+        balance.extend(self.ledger.accounts.iter().map(|account| account.now));
+    }
+
+    /// Nothing was booked since they were remembered.
+    pub(in crate::backend::cpu) fn forget_books(&mut self) {
+        let accounts = self.ledger.accounts.iter_mut();
+        accounts.zip(&self.net.room.balance0).for_each(|(account, before)| account.now = *before);
     }
 
     /// Back to the start of the step.

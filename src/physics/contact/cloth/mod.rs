@@ -23,6 +23,7 @@ mod shapes;
 mod stats;
 mod step;
 mod sweep;
+mod ties;
 mod touching;
 mod tree;
 mod zones;
@@ -34,6 +35,7 @@ pub use begin::{Overlap, Tangle};
 pub use features::{FeatureError, Features, Part};
 pub use law::{ClothRule, ClothSide};
 pub use stats::{ClothContactStats, ClothSeconds, Refused};
+pub use ties::Tie;
 
 use candidates::Candidates;
 use law::Laws;
@@ -44,6 +46,7 @@ use response::Islands;
 use rows::{Key, Rigid, Row};
 use shapes::Course;
 use sweep::{Hit, Hits, Turned};
+use ties::Ties;
 use zones::Zones;
 
 use super::super::Bodies;
@@ -110,6 +113,7 @@ pub struct ClothContact {
     courses: Vec<Course>,
     radii: Vec<f64>,
     skeletons: Vec<Skeleton>,
+    ties: Ties,
     last: Vec<(Key, DVec3)>,
     last_h: f64,
 }
@@ -164,6 +168,7 @@ impl ClothContact {
             courses: Vec::new(),
             radii: radii.collect(),
             skeletons: bodies.solids.iter().map(Skeleton::new).collect(),
+            ties: Ties::default(),
             last: Vec::new(),
             last_h: 0.0,
             features,
@@ -180,6 +185,12 @@ impl ClothContact {
         self.features.leave_out(is_gone);
         // The next step lists all anew.
         self.candidates.reference.position.clear();
+    }
+
+    /// Ties nodes to bodies: what meets such a node meets its body. Their inverse masses are to be zero, and their velocities
+    /// those of their bodies.
+    pub fn tie(&mut self, ties: &[Tie]) {
+        self.ties = Ties::new(ties, self.features.nodes);
     }
 
     /// All that the next step takes over from the last ones.

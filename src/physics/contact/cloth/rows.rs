@@ -6,6 +6,8 @@
 
 use glam::{DMat3, DVec3};
 
+use super::ties::Ties;
+
 /// What two features of a row are, in an order that no search changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
 pub(super) struct Key {
@@ -54,6 +56,12 @@ impl Rigid {
     pub fn at(&self, arm: DVec3) -> DVec3 {
         self.velocity + self.spin.cross(arm)
     }
+
+    /// A share of the velocity, with the arm times that share.
+    #[inline]
+    fn with(&self, share: f64, arm: DVec3) -> DVec3 {
+        self.velocity * share + self.spin.cross(arm)
+    }
 }
 
 /// Nodes and bodies that move while rows are solved.
@@ -61,7 +69,11 @@ pub(super) struct Motion<'a> {
     pub velocity: &'a mut [DVec3],
     pub inverse_mass: &'a [f64],
     pub bodies: &'a mut [Rigid],
+    pub ties: &'a Ties,
 }
+
+/// Share of its body's inverse mass under which a row moves nothing.
+const NOTHING: f64 = 1e-9;
 
 /// One touch.
 #[derive(Clone, Copy, Debug)]
@@ -74,8 +86,10 @@ pub(super) struct Row {
     pub used: u8,
     /// Weights times inverse masses, 1/kg.
     pub levers: [f64; 4],
-    /// The body of side A and that of side B, and the arms from their centres to the place of the touch, m.
+    /// The body of side A and that of side B, the shares with which their velocities count, and the arms from their centres to
+    /// the place of the touch times those, m. Where nodes that touch are tied to a body, it takes their part once the row is weighed.
     pub bodies: [u32; 2],
+    pub shares: [f64; 2],
     pub arms: [DVec3; 2],
     /// Unit vector from B to A.
     pub normal: DVec3,
@@ -119,6 +133,7 @@ impl Row {
             used: used as u8,
             levers: [0.0; 4],
             bodies: [NONE; 2],
+            shares: [1.0; 2],
             arms: [DVec3::ZERO; 2],
             normal,
             gap,
@@ -141,6 +156,7 @@ impl Row {
         self.weights = self.weights.map(|w| -w);
         self.normal = -self.normal;
         self.bodies.swap(0, 1);
+        self.shares.swap(0, 1);
         self.arms.swap(0, 1);
         self
     }
@@ -176,10 +192,10 @@ impl Row {
     fn of_bodies(&self, bodies: &[Rigid]) -> DVec3 {
         let mut v = DVec3::ZERO;
         if self.bodies[0] != NONE {
-            v += bodies[self.bodies[0] as usize].at(self.arms[0]);
+            v += bodies[self.bodies[0] as usize].with(self.shares[0], self.arms[0]);
         }
         if self.bodies[1] != NONE {
-            v -= bodies[self.bodies[1] as usize].at(self.arms[1]);
+            v -= bodies[self.bodies[1] as usize].with(self.shares[1], self.arms[1]);
         }
         v
     }
@@ -195,7 +211,7 @@ impl Row {
         let nodes = self.places().filter(stands).map(|k| motion.velocity[self.nodes[k] as usize] * self.weights[k]);
         let bodies = [(0, 1.0), (1, -1.0)].into_iter().filter_map(|(side, sign)| {
             let body = motion.bodies.get(self.bodies[side] as usize)?;
-            body.stands().then(|| body.at(self.arms[side]) * sign)
+            body.stands().then(|| body.with(self.shares[side], self.arms[side]) * sign)
         });
         nodes.chain(bodies).sum()
     }
@@ -217,7 +233,7 @@ impl Row {
         for (side, impulse) in [(0, impulse), (1, -impulse)] {
             if self.bodies[side] != NONE {
                 let b = &mut motion.bodies[self.bodies[side] as usize];
-                b.velocity += impulse * b.inverse_mass;
+                b.velocity += impulse * (self.shares[side] * b.inverse_mass);
                 b.spin += b.inverse_inertia * self.arms[side].cross(impulse);
             }
         }
@@ -225,6 +241,7 @@ impl Row {
 
     /// Sets levers and effective masses, and forgets that it was solved. False where nothing can move.
     pub fn weigh(&mut self, motion: &Motion<'_>) -> bool {
+        self.hand_over(motion);
         let mut base = 0.0;
         for k in self.places() {
             self.levers[k] = self.weights[k] * motion.inverse_mass[self.nodes[k] as usize];
@@ -241,13 +258,14 @@ impl Row {
             return self.mass > 0.0;
         }
         let (e, f) = self.normal.any_orthonormal_pair();
-        let [mut along, mut ee, mut ef, mut ff] = [0.0; 4];
+        let [mut along, mut ee, mut ef, mut ff, mut whole] = [0.0; 5];
         for side in 0..2 {
             if self.bodies[side] == NONE {
                 continue;
             }
             let b = &motion.bodies[self.bodies[side] as usize];
-            base += b.inverse_mass;
+            base += self.shares[side] * self.shares[side] * b.inverse_mass;
+            whole += b.inverse_mass;
             let give = |p: DVec3, q: DVec3| self.arms[side].cross(p).dot(b.inverse_inertia * self.arms[side].cross(q));
             along += give(self.normal, self.normal);
             ee += give(e, e);
@@ -255,9 +273,40 @@ impl Row {
             ff += give(f, f);
         }
         let most = 0.5 * (ee + ff) + (0.25 * (ee - ff) * (ee - ff) + ef * ef).sqrt();
+        // What touches its own body at its tie moves nothing but by rounding.
+        if base + along <= NOTHING * whole {
+            return false;
+        }
         self.mass = inverse(base + along);
         self.mass_across = inverse(base + most);
         self.mass > 0.0
+    }
+
+    /// Hands the part of nodes that are tied to bodies which can move over to those, as far as the row has room for bodies.
+    fn hand_over(&mut self, motion: &Motion<'_>) {
+        let mut k = 0;
+        while k < usize::from(self.used) {
+            let tied = motion.ties.of(self.nodes[k]).filter(|(b, _)| !motion.bodies[*b as usize].stands());
+            let side = tied.and_then(|(b, _)| {
+                let is = |side: &usize| self.bodies[*side] == b;
+                (0..2).find(is).or_else(|| (0..2).find(|side| self.bodies[*side] == NONE))
+            });
+            let (Some((body, arm)), Some(side)) = (tied, side) else {
+                k += 1;
+                continue;
+            };
+            let weight = if side == 0 { self.weights[k] } else { -self.weights[k] };
+            if self.bodies[side] == NONE {
+                (self.bodies[side], self.shares[side], self.arms[side]) = (body, 0.0, DVec3::ZERO);
+            }
+            self.shares[side] += weight;
+            self.arms[side] += weight * arm;
+            self.used -= 1;
+            let last = usize::from(self.used);
+            self.nodes.swap(k, last);
+            self.weights.swap(k, last);
+            self.weights[last] = 0.0;
+        }
     }
 
     /// One projection; returns how fast it changed the relative velocity (m/s) and the most impulse it took for that (N·s).

@@ -48,6 +48,7 @@ impl ClothContact {
         take_bodies(bodies, &mut self.bodies);
         self.bodies_before.clone_from(&self.bodies);
         self.plot_courses(net.h, bodies);
+        self.ties.turn(bodies);
         self.candidates.begin(net.position, velocity);
         self.turned.forget();
         self.keep_candidates(net, velocity, &mut stats, parallel);
@@ -311,9 +312,9 @@ impl ClothContact {
     fn prepare(&mut self, net: Net<'_>, velocity: &mut [DVec3], restitution: bool) {
         let task = self.task(net.h, restitution);
         let scale = if self.last_h > 0.0 { net.h / self.last_h } else { 0.0 };
-        let Self { rows, bodies, bodies_before, laws, last, islands, .. } = self;
+        let Self { rows, bodies, bodies_before, laws, last, islands, ties, .. } = self;
         islands.forget();
-        let mut motion = Motion { velocity, inverse_mass: net.inverse_mass, bodies };
+        let mut motion = Motion { velocity, inverse_mass: net.inverse_mass, bodies, ties };
         let mut known = last.iter().peekable();
         rows.retain_mut(|row| {
             if !row.weigh(&motion) {
@@ -353,9 +354,11 @@ impl ClothContact {
         stats: &mut ClothContactStats,
     ) {
         let clock = Instant::now();
-        let mut motion = Motion { velocity, inverse_mass: net.inverse_mass, bodies: &mut self.bodies };
+        let mut motion =
+            Motion { velocity, inverse_mass: net.inverse_mass, bodies: &mut self.bodies, ties: &self.ties };
         self.islands.find(&self.rows, motion.bodies);
         let (sweeps, unresolved) = solve(&mut self.rows, &mut self.islands, &mut motion, task, first, &mut self.jammed);
+        self.ties.carry(motion.bodies, motion.velocity);
         stats.sweeps = stats.sweeps.max(sweeps);
         stats.unresolved = stats.unresolved.max(unresolved);
         if first == 0 && self.laws.rebound {
@@ -419,8 +422,8 @@ impl ClothContact {
 
     /// Makes rows of the hits, in the order of their features.
     fn take_hits(&mut self, net: Net<'_>, velocity: &mut [DVec3], round: u32) {
-        let Self { rows, hits, bodies, laws, .. } = self;
-        let motion = Motion { velocity, inverse_mass: net.inverse_mass, bodies };
+        let Self { rows, hits, bodies, laws, ties, .. } = self;
+        let motion = Motion { velocity, inverse_mass: net.inverse_mass, bodies, ties };
         let first = rows.len();
         for hit in hits.iter() {
             let mut row = hit.row;
@@ -436,7 +439,7 @@ impl ClothContact {
     }
 
     fn book(&mut self, net: Net<'_>, velocity: &mut [DVec3], task: &Task, stats: &mut ClothContactStats) {
-        let motion = Motion { velocity, inverse_mass: net.inverse_mass, bodies: &mut self.bodies };
+        let motion = Motion { velocity, inverse_mass: net.inverse_mass, bodies: &mut self.bodies, ties: &self.ties };
         book(&self.rows, (&self.before, &self.bodies_before), &motion, task, &mut stats.rules);
         stats.rows = self.rows.len();
         stats.pressed = self.rows.iter().filter(|row| row.push > 0.0).count();
@@ -444,16 +447,29 @@ impl ClothContact {
             stats.touching[row.rule as usize] |= row.push > 0.0 || row.gap <= self.settings.touch;
             for (side, impulse) in [(0, row.impulse()), (1, -row.impulse())] {
                 if let Some([force, moment]) = stats.body_impulse.get_mut(row.bodies[side] as usize) {
-                    *force += impulse;
+                    *force += impulse * row.shares[side];
                     *moment += row.arms[side].cross(impulse);
                 }
             }
             if row.push > 0.0 {
-                let held = row.places().filter(|k| net.inverse_mass[row.nodes[*k] as usize] == 0.0);
-                stats.held_impulse.extend(held.map(|k| (row.nodes[k], row.impulse() * row.weights[k])));
+                self.book_held(net, row, stats);
             }
         }
         stats.gather_held();
+    }
+
+    /// What held nodes of a row met; of those that a driven body carries, the body.
+    fn book_held(&self, net: Net<'_>, row: &Row, stats: &mut ClothContactStats) {
+        for k in row.places().filter(|k| net.inverse_mass[row.nodes[*k] as usize] == 0.0) {
+            let impulse = row.impulse() * row.weights[k];
+            match self.ties.of(row.nodes[k]) {
+                Some((body, arm)) => {
+                    let [force, moment] = &mut stats.body_impulse[body as usize];
+                    (*force, *moment) = (*force + impulse, *moment + arm.cross(impulse));
+                }
+                None => stats.held_impulse.push((row.nodes[k], impulse)),
+            }
+        }
     }
 
     /// Forms and grows rigid zones until nothing meets. False where that fails.
@@ -472,7 +488,7 @@ impl ClothContact {
         for _ in 0..self.settings.zone_rounds {
             let clock = Instant::now();
             for hit in &self.hits {
-                self.zones.join(&hit.row);
+                self.zones.join(&hit.row, &self.ties, &self.bodies);
             }
             velocity.copy_from_slice(&loose);
             self.bodies.clone_from(&loose_bodies);
@@ -485,6 +501,7 @@ impl ClothContact {
                 courses: &self.courses,
             };
             let Some(zones) = self.zones.stiffen(&mut scene) else { return false };
+            self.ties.carry(&self.bodies, velocity);
             (stats.zones, stats.zone_nodes) = (zones, self.zones.len());
             stats.seconds.zones += clock.elapsed().as_secs_f64();
             self.look_ahead(net, velocity, bodies, stats, parallel);

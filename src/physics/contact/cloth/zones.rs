@@ -3,8 +3,9 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
-use super::rows::{NONE, Row};
+use super::rows::{NONE, Rigid, Row};
 use super::shapes::{Course, Pose};
+use super::ties::Ties;
 
 /// A node or a body of the group, before and after.
 pub(super) struct ZoneScene<'a> {
@@ -54,9 +55,14 @@ impl Zones {
     }
 
     /// Takes all that the row touches into one zone. `weights` of zero do not matter: a feature is whole or not at all.
-    pub fn join(&mut self, row: &Row) {
+    pub fn join(&mut self, row: &Row, ties: &Ties, bodies: &[Rigid]) {
         let first = self.nodes;
-        let of_net = row.nodes.into_iter().filter(|_| row.weights != [0.0; 4]);
+        // A tied node goes where its body goes.
+        let mover = |n: u32| match ties.of(n) {
+            Some((b, _)) if !bodies[b as usize].stands() => b + first,
+            _ => n,
+        };
+        let of_net = row.nodes.into_iter().filter(|_| row.weights != [0.0; 4]).map(mover);
         let bodies = row.bodies.into_iter().filter(|b| *b != NONE).map(|b| b + first);
         let mut last = NONE;
         for m in of_net.chain(bodies) {

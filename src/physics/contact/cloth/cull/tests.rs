@@ -7,12 +7,12 @@ use super::*;
 
 const CELL: f64 = 0.01;
 
-/// A sheet of n² cells bent by `bend`, and its lists with and without culling.
-fn lists(n: u32, bend: impl Fn(DVec3) -> DVec3) -> ([Vec<super::super::candidates::Pair>; 2], usize) {
+/// A sheet of n² cells and of this half-thickness (m) bent by `bend`, and its lists with and without culling.
+fn lists(n: u32, half: f64, bend: impl Fn(DVec3) -> DVec3) -> ([Vec<super::super::candidates::Pair>; 2], usize) {
     let id = |i: u32, j: u32| j * (n + 1) + i;
     let rest: Vec<DVec3> =
         (0..=n).flat_map(|j| (0..=n).map(move |i| CELL * DVec3::new(i.into(), j.into(), 0.0))).collect();
-    let mut part = Part { half_thickness: 2e-4, ..Part::default() };
+    let mut part = Part { half_thickness: half, ..Part::default() };
     for j in 0..n {
         for i in 0..n {
             let [a, b, c, d] = [id(i, j), id(i + 1, j), id(i + 1, j + 1), id(i, j + 1)];
@@ -45,7 +45,7 @@ fn lists(n: u32, bend: impl Fn(DVec3) -> DVec3) -> ([Vec<super::super::candidate
 
 #[test]
 fn a_flat_sheet_is_clear_as_a_whole() {
-    let ([culled, all], cleared) = lists(16, |x| x);
+    let ([culled, all], cleared) = lists(16, 2e-4, |x| x);
     assert!(culled.is_empty() && all.is_empty());
     assert_eq!(cleared, 1, "one look at the outline is enough");
 }
@@ -54,7 +54,8 @@ fn a_flat_sheet_is_clear_as_a_whole() {
 #[test]
 fn culling_leaves_out_no_touch() {
     let (mut found, mut clear) = (0, 0);
-    for radius in [4e-4, 1e-3, 3e-3, 0.01, 0.03] {
+    // Coarse elements and fine ones, by their thickness.
+    for (radius, half) in [4e-4, 1e-3, 3e-3, 0.01, 0.03].into_iter().flat_map(|r| [(r, 2e-4), (r, 6e-4)]) {
         let fold = |x: DVec3| {
             let turn = (x.y / radius).min(std::f64::consts::PI);
             let beyond = x.y - radius * turn;
@@ -69,9 +70,10 @@ fn culling_leaves_out_no_touch() {
             let z = radius * (300.0 * x.x).sin() * (250.0 * x.y).cos();
             DVec3::new(x.x + 0.5 * z, x.y - 0.3 * z, z)
         };
-        let cases = [("fold", lists(16, fold)), ("spiral", lists(16, spiral)), ("waves", lists(16, waves))];
+        let cases =
+            [("fold", lists(16, half, fold)), ("spiral", lists(16, half, spiral)), ("waves", lists(16, half, waves))];
         for (name, ([culled, all], cleared)) in cases {
-            assert_eq!(culled, all, "{name} of {radius}");
+            assert_eq!(culled, all, "{name} of {radius}, half {half}");
             found += all.len();
             clear += cleared;
         }
