@@ -99,7 +99,7 @@ struct Play {
 /// Of the net with itself, whose neighbours turn fast where it is drawn together; and with bodies, over which a face has no
 /// row of its own until it is nearly as much nearer than its corners.
 const NET: Play = Play { slack: 0.005, creep: 0.0005 };
-const BODY: Play = Play { slack: 0.03, creep: 0.0075 };
+const BODY: Play = Play { slack: 0.02, creep: 0.005 };
 
 impl Play {
     /// Distance at the end of a step under which a pair gets another row, m.
