@@ -74,6 +74,7 @@ impl Show {
             bodies_before: &[],
             chains: after,
             bodies,
+            rules: None,
             net: None,
         })
     }

@@ -500,6 +500,7 @@ mod tests {
             bodies_before: &poses,
             chains: &chains,
             bodies,
+            rules: None,
             net: None,
         };
         ClothOracle::starting(&view, &net, settings).check(&view, &net)
