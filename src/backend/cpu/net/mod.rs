@@ -15,6 +15,7 @@ mod loads;
 mod multirate;
 mod newton;
 mod numbering;
+mod opening;
 mod output;
 mod seams;
 mod touch;
