@@ -56,8 +56,8 @@ const CALM: f64 = 0.10;
 const WINDOW: f64 = 8.0;
 const WINDOWS: [f64; 2] = [4.0, 16.0];
 
-/// While the fastest node goes less than this share of the skin, looking farther costs no pairs; but at most so many steps.
-const IDLE: f64 = 0.25;
+/// While the fastest node goes less than this share of the skin, looking farther costs hardly a pair; but at most so many steps.
+const IDLE: f64 = 0.0625;
 const LONGEST: f64 = 1024.0;
 
 /// Share of stale nodes beyond which all is sought anew.
@@ -157,8 +157,7 @@ impl Reference {
     ) {
         let first = self.position.len() != x.len();
         let lasted = if h > 0.0 { self.time / h } else { 0.0 };
-        let fastest = v.iter().map(|v| (*v - frame.drift).length_squared()).fold(0.0, f64::max).sqrt();
-        let idle = (IDLE * room.skin / (h * fastest).max(f64::MIN_POSITIVE)).min(LONGEST);
+        let idle = room.idle(h, v.iter().map(|v| *v - frame.drift));
         self.window = if first {
             WINDOW.max(idle)
         } else {
@@ -187,6 +186,9 @@ impl Reference {
     /// Gives these nodes new courses.
     pub fn renew(&mut self, h: f64, x: &[DVec3], v: &[DVec3], frame: &Frame, room: &Room<'_>, stale: &[u32]) {
         let Frame { centre, drift } = *frame;
+        // Those that were struck now would look as far as all others did while nothing moved.
+        let steps = room.idle(h, stale.iter().map(|n| v[*n as usize] - drift)).max(WINDOWS[1]);
+        self.horizon = self.horizon.min(self.time + (steps + 0.01) * h);
         for &n in stale {
             let n = n as usize;
             let age = self.time - self.since[n];
@@ -206,6 +208,12 @@ pub(super) struct Room<'a> {
 }
 
 impl Room<'_> {
+    /// Steps of `h` s in which the fastest of these (m/s) goes little beside the skin.
+    fn idle(&self, h: f64, velocities: impl Iterator<Item = DVec3>) -> f64 {
+        let fastest = velocities.map(|v| v.length_squared()).fold(0.0, f64::max).sqrt();
+        (IDLE * self.skin / (h * fastest).max(f64::MIN_POSITIVE)).min(LONGEST)
+    }
+
     fn radius(&self, n: usize, last: Option<f64>, h: f64, age: f64, velocity: DVec3) -> f64 {
         let small = (SMALL * self.width[n]).min(THICK * self.skin);
         let mut most = 0.5 * self.skin + AHEAD * h * velocity.length();
