@@ -92,17 +92,19 @@ impl NetRun {
 
     /// Lets lines slide through their places, as these lie now; before every look at the forces.
     pub fn slide_lines(&mut self) {
-        for part in 0..self.parts.len() {
-            let NetKind::Line { slides: Some(length), stiffness, .. } = self.parts[part].kind else { continue };
-            if self.memory.gone.iter().any(|(gone, _)| *gone as usize == part) {
+        let Self { parts, net, elements, memory, .. } = self;
+        for (index, part) in parts.iter_mut().enumerate() {
+            let NetKind::Line { slides: Some(length), stiffness, rest_length, .. } = &mut part.kind else { continue };
+            if memory.gone.iter().any(|(gone, _)| *gone as usize == index) {
                 continue;
             }
-            self.elements.slide(PartId(part as u32), length, stiffness, &self.net.position);
-            let chords: Vec<f64> = (0..self.segments_of(part)).map(|k| self.chord(part, k).length()).collect();
-            let path: f64 = chords.iter().sum();
-            let NetKind::Line { rest_length, .. } = &mut self.parts[part].kind else { continue };
-            for (rest, chord) in rest_length.iter_mut().zip(chords) {
-                *rest = if path > 0.0 { chord * (length / path) } else { *rest };
+            elements.slide(PartId(index as u32), *length, *stiffness, &net.position);
+            let (nodes, count) = (&part.node_of, rest_length.len());
+            let at = |k: usize| net.position[nodes[k % nodes.len()] as usize];
+            let chord = |k: usize| at(k).distance(at(k + 1));
+            let path: f64 = (0..count).map(chord).sum();
+            if path > 0.0 {
+                rest_length.iter_mut().enumerate().for_each(|(k, rest)| *rest = chord(k) * (*length / path));
             }
         }
     }
