@@ -68,7 +68,6 @@ fn a_ply_that_is_pushed_in_is_clean_and_cheap_to_watch() {
             bodies_before: &[],
             chains: &now,
             bodies: &bodies,
-            rules: None,
             net: None,
         };
         let began = Instant::now();
@@ -109,7 +108,6 @@ fn the_same_findings_on_one_and_two_threads() {
                 bodies_before: &[],
                 chains: &now,
                 bodies: &bodies,
-                rules: None,
                 net: None,
             };
             oracle.check(&view)

@@ -74,7 +74,6 @@ impl Show {
             bodies_before: &[],
             chains: after,
             bodies,
-            rules: None,
             net: None,
         })
     }

@@ -10,7 +10,7 @@ use super::ledger::Ledger;
 use super::state::State;
 use crate::physics::contact::cloth::{ClothSeconds, ClothSide, Part};
 use crate::physics::{Bodies, Chains};
-use crate::plan::{ContactRule, DomainId, OriginId};
+use crate::plan::{DomainId, OriginId};
 
 /// Known once the plan is unfolded, before the first step.
 #[derive(Clone, Debug)]
@@ -86,8 +86,6 @@ pub struct StepView<'a> {
     /// State at its end (positions, and the velocities that led there).
     pub chains: &'a Chains,
     pub bodies: &'a Bodies,
-    /// The rules of contact of yarns with yarns and bodies: other pairs may pass through each other. None where all may touch.
-    pub rules: Option<&'a [ContactRule]>,
     /// Sheets and lines whose contact is watched; None where there are none.
     pub net: Option<NetView<'a>>,
 }

@@ -500,7 +500,6 @@ mod tests {
             bodies_before: &poses,
             chains: &chains,
             bodies,
-            rules: None,
             net: None,
         };
         ClothOracle::starting(&view, &net, settings).check(&view, &net)

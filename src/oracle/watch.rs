@@ -1,8 +1,6 @@
 //! The oracle over a run: it keeps what each pair is proved safe for, so that a step costs little more than reading
 //! positions, and still no step goes unchecked.
 
-use std::collections::BTreeSet;
-
 use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 
@@ -13,7 +11,7 @@ use super::shape::excess;
 use super::sweep::{Motion, first_entry, first_meeting, nearest_places, segment_distance};
 use crate::backend::StepView;
 use crate::physics::{Bodies, BodyId, Chains, NodeId, SegmentId};
-use crate::plan::{ContactSide, DomainId};
+use crate::plan::DomainId;
 
 /// What may be passed through.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -97,8 +95,6 @@ struct Segment {
 #[derive(Debug)]
 pub struct Oracle {
     settings: Settings,
-    /// Pairs of sides that the scene lets touch; None where all do.
-    touching: Option<BTreeSet<[ContactSide; 2]>>,
     segments: Vec<Segment>,
     epoch: u64,
     last: Vec<DVec3>,
@@ -125,7 +121,6 @@ impl Oracle {
     pub fn new(chains: &Chains, bodies: &Bodies, settings: Settings) -> Self {
         let mut oracle = Self {
             settings,
-            touching: None,
             segments: Vec::new(),
             epoch: chains.epoch,
             last: chains.position.clone(),
@@ -145,7 +140,6 @@ impl Oracle {
     /// Starts from the state before `view`'s step; the step itself is still to be checked.
     pub fn starting(view: &StepView<'_>, settings: Settings) -> Self {
         let mut oracle = Self::new(view.chains, view.bodies, settings);
-        oracle.touching = view.rules.map(|rules| rules.iter().map(|rule| rule.between).collect());
         oracle.last.copy_from_slice(view.before);
         oracle.last_bodies = view.bodies_before.to_vec();
         oracle.gather(view.chains, view.bodies);
@@ -154,16 +148,6 @@ impl Oracle {
 
     pub fn totals(&self) -> &Totals {
         &self.totals
-    }
-
-    /// Whether the scene lets a segment touch another one, or a body.
-    fn may_touch(&self, chains: &Chains, a: Segment, b: ContactSide) -> bool {
-        let a = ContactSide::Chains(chains.yarns[a.yarn as usize].domain);
-        self.touching.as_ref().is_none_or(|touching| touching.contains(&[a.min(b), a.max(b)]))
-    }
-
-    fn may_meet(&self, chains: &Chains, a: Segment, b: Segment) -> bool {
-        self.may_touch(chains, a, ContactSide::Chains(chains.yarns[b.yarn as usize].domain))
     }
 
     /// Adds what was seen of the net in the same step.
@@ -206,10 +190,7 @@ impl Oracle {
         let count = self.segments.len();
         let tubes: Vec<Tube> = (0..count).into_par_iter().with_min_len(1024).map(|k| self.tube(chains, k)).collect();
         let boxes: Vec<_> = tubes.par_iter().with_min_len(1024).map(Tube::bounds).collect();
-        let near = pairs(&boxes, |a, b| {
-            let (a, b) = (self.segments[a as usize], self.segments[b as usize]);
-            !is_bend(chains, a, b) && self.may_meet(chains, a, b)
-        });
+        let near = pairs(&boxes, |a, b| !is_bend(chains, self.segments[a as usize], self.segments[b as usize]));
         // Of the section as it is at the nodes, whatever a twist makes of the joints.
         let thin = |k: u32| {
             let b = &chains.half_thickness;
@@ -230,9 +211,6 @@ impl Oracle {
             let back = bodies.turn[body].inverse();
             for (index, t) in tubes.iter().enumerate() {
                 let middle = back * (0.5 * (t.ends[0] + t.ends[1]) - bodies.position[body]);
-                if !self.may_touch(chains, self.segments[index], ContactSide::Body(body as u32)) {
-                    continue;
-                }
                 if excess(solid, middle) <= reach(t) + 0.5 * (t.ends[1] - t.ends[0]).length() {
                     pairs.push((index as u32, count + body as u32));
                 }
@@ -355,15 +333,14 @@ impl Oracle {
             .map(|s| swept_box(ends(&self.last, s.node), ends(&chains.position, s.node), 0.5 * margin))
             .collect();
         let (segments, last) = (&self.segments, &self.last);
-        let near = pairs(&boxes, |a, b| {
+        self.pairs = pairs(&boxes, |a, b| {
             let (a, b) = (segments[a as usize], segments[b as usize]);
-            if is_bend(chains, a, b) || !self.may_meet(chains, a, b) {
+            if is_bend(chains, a, b) {
                 return false;
             }
             let (p, q) = (motion(last, &chains.position, a.node), motion(last, &chains.position, b.node));
             segment_distance(p.after, q.after) <= margin + p.way() + q.way()
         });
-        self.pairs = near;
         self.gathered.clone_from(&chains.position);
         self.path = vec![0.0; self.segments.len()];
         self.body_path = vec![0.0; bodies.solids.len()];
@@ -422,11 +399,7 @@ impl Oracle {
         for (body, solid) in bodies.solids.iter().enumerate() {
             let (was, now) = (self.last_bodies[body], (bodies.position[body], bodies.turn[body]));
             let own = |p: DVec3, (position, turn): (DVec3, DQuat)| turn.inverse() * (p - position);
-            for index in 0..self.segments.len() {
-                let segment = self.segments[index];
-                if !self.may_touch(chains, segment, ContactSide::Body(body as u32)) {
-                    continue;
-                }
+            for (index, segment) in self.segments.iter().enumerate() {
                 let gone = self.path[index] + self.body_path[body];
                 let until = &mut self.body_until[body][index];
                 if gone < *until {

@@ -291,7 +291,6 @@ impl<'e, 'p, 'o> Runner<'e, 'p, 'o> {
                 bodies_before: &self.poses_before,
                 chains: &engine.chains,
                 bodies: &engine.bodies,
-                rules: Some(engine.program.contact.as_ref().map_or(&[], |contact| &contact.rules)),
                 net: engine.net_view(&self.net_before),
             });
             match finding {
