@@ -134,6 +134,10 @@ impl<'t> Split<'t> {
         // `end` is behind the line end of the last `///`.
         match self.kind(end) {
             None | Some(TokenKind::Newline) => (Some(doc), end),
+            // Semicolons alone are nothing, and formatting drops them.
+            _ if self.tokens[end..].iter().all(|t| matches!(t.kind, TokenKind::Semicolon | TokenKind::Newline)) => {
+                (Some(doc), self.tokens.len())
+            }
             _ => (None, 0),
         }
     }
