@@ -73,7 +73,7 @@ impl Engine<'_> {
         let settled = SETTLED * yarns.tolerance() / self.h;
         let before = yarns.sections(&self.chains);
         for turn in 0..TURNS {
-            self.net.net.velocity.copy_from_slice(touch.kicked());
+            self.net.net.velocity.copy_from_slice(&touch.kicked);
             self.set_shared(&base, &of_yarns);
             self.solve_net(touch);
             let change = of_net.take(self, &base, &of_yarns);

@@ -312,11 +312,6 @@ impl Engine<'_> {
 }
 
 impl NetTouch {
-    /// v* of the net's nodes.
-    pub(super) fn kicked(&self) -> &[DVec3] {
-        &self.kicked
-    }
-
     /// Leaves out what has been cut or has broken since.
     pub(super) fn follow_breaks(&mut self, net: &NetRun, chains: &Chains) {
         let breaks = net.memory.gone.len() as u64 + if self.woven.is_some() { chains.epoch } else { 0 };
