@@ -205,6 +205,7 @@ pub struct Line {
     pub way: Way,
     /// m.
     pub length: Option<Given<f64>>,
+    pub slack: Given<bool>,
     /// m.
     pub cell: Option<Given<f64>>,
     pub closed: Given<bool>,

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::diagnostics::Diagnostic;
 use crate::geometry::sheet::{self, LineRecipe};
 use crate::plan::{CordLaw, DomainId, Join, PointRef, Recipe, Topology};
-use crate::scene::{How, Item, ItemBody, ItemId, Line, Mass, SelectionTerm, Shape, Spot, Way};
+use crate::scene::{Given, How, Item, ItemBody, ItemId, Line, Mass, SelectionTerm, Shape, Spot, Way};
 
 use super::Maker;
 use super::net::Form;
@@ -198,7 +198,7 @@ impl Maker<'_> {
                 if !self.positive("length", &item.name, given) {
                     return None;
                 }
-                self.refuse_length(item, law, given.span(), **given, span);
+                self.refuse_length(item, line, law, given, span);
                 **given
             }
             None if span > 0.0 && span.is_finite() => span,
@@ -213,7 +213,9 @@ impl Maker<'_> {
         Some((length, legs.collect()))
     }
 
-    fn refuse_length(&mut self, item: &Item, law: &CordLaw, place: crate::diagnostics::Span, length: f64, span: f64) {
+    /// Refuses a length that breaks the line at the start, or that is more likely a slip of the unit than a slack line.
+    fn refuse_length(&mut self, item: &Item, line: &Line, law: &CordLaw, given: &Given<f64>, span: f64) {
+        let (length, place) = (given.value, given.span());
         let strain = span / length - 1.0;
         // A cord of no known strength is taken to bear a strain of one.
         let most = law.strength.map_or(1.0, |strength| strength / law.stiffness);
@@ -227,10 +229,12 @@ impl Maker<'_> {
             ));
             self.diagnostics.push(found);
         }
-        if span > 0.0 && length > LONG * span {
+        if span > 0.0 && length > LONG * span && !*line.slack {
             let message = format!("`{}` is {:.0} times as long as its span", item.name, length / span);
-            let found = Diagnostic::warning("W0749", message, place, "is the unit right?")
-                .note(format!("Its ends lie {span:.4} m apart: it would hang down by about {:.2} m.", 0.5 * length));
+            let found = Diagnostic::error("E0749", message, place, "is the unit right?").note(format!(
+                "Its ends lie {span:.4} m apart: it would hang down by about {:.2} m. If it is meant to, say `slack = true`.",
+                0.5 * length
+            ));
             self.diagnostics.push(found);
         }
     }

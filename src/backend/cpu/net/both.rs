@@ -1,5 +1,5 @@
 //! Contact of yarns and contact of the net in one step: each is solved on the velocities before contact and the impulses of
-//! the other, in turns, until those no longer change; the net has the last word, for it tests the whole step.
+//! the other, in turns, until those no longer change or [`TURNS`] are done; the net has the last word, for it tests the whole step.
 
 use glam::DVec3;
 
