@@ -163,3 +163,37 @@ fn a_cut_line_touches_no_more() {
     assert!(held > 0.0, "the string let it by: {held} m");
     assert!((let_by - (12e-3 - 30e-3)).abs() < 1e-9, "the cut string held it: {let_by} m");
 }
+
+/// A ply that skims over a held sheet: while all of it slips, what it loses along is the coefficient times what it loses
+/// across, by Coulomb's law, and the coefficient is √(0.2 · 0.45) = 0.3.
+#[test]
+fn a_ply_slips_on_a_sheet_by_the_mean_of_both_frictions() {
+    let slipped = |film: &str| {
+        let plan = plan_of(&format!(
+            "yarn seed = yarns.para_aramid {{ friction = coulomb(static = 0.2, kinetic = 0.2) }}
+             weave ply {{
+               pattern = weaves.plain; warp = seed; weft = seed; sett = 10 /cm; size = [4, 4] mm
+               nodes_per_crossing = 4; position = [0, 0, 0.31] mm; velocity = [100, 0, -4] m/s
+             }}
+             fabric film {{
+               areal_density = 200 g/m^2; thickness = 0.3 mm; stretch = 40 kN/m; bending = 10 uN*m; friction = {film}
+             }}
+             cloth sheet {{ fabric = film; shape = rectangle(14 mm, 8 mm); cell = 2 mm; position = [0, 0, -0.15] mm }}
+             fix floor {{ what = sheet.nodes }}
+             run skim {{ duration = 20 us; gravity = [0, 0, 0] m/s^2 }}
+             expect final(ply.velocity.x) < 200 m/s
+             expect final(ply.velocity.z) < 200 m/s"
+        ));
+        let outcome = run(&plan, &mut Silent, on_one());
+        assert!(outcome.halt.is_none(), "{:?}", outcome.halt);
+        let across = outcome.checks[1].observed + 4.0;
+        assert!(across > 2.0, "it was not stopped: {across} m/s");
+        (100.0 - outcome.checks[0].observed) / across
+    };
+    let rubs = slipped("coulomb(static = 0.45, kinetic = 0.45)");
+    println!("rubs by {rubs}");
+    assert!((rubs / 0.3 - 1.0).abs() < 0.01, "rubs by {rubs}, not by 0.3");
+    let slides = slipped("frictionless");
+    // Edges that pass over edges push along by a little.
+    assert!(slides.abs() < 1e-3, "rubs by {slides} on a sheet without friction");
+}
