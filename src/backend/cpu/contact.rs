@@ -14,6 +14,8 @@ pub(super) struct Touch {
     pub(super) last: ContactStats,
     /// v* and spin* of bodies.
     bodies_kicked: Vec<(DVec3, DVec3)>,
+    /// Shapes of the sections (m) and their rates (m/s) before contact; empty where nothing flattens.
+    sections: [Vec<f64>; 2],
 }
 
 impl Touch {
@@ -22,14 +24,19 @@ impl Touch {
         self.solver.tolerance()
     }
 
-    /// Shapes of the sections (m) and their rates (m/s), to solve a step again; empty where nothing flattens.
-    pub(super) fn sections(&self, chains: &Chains) -> [Vec<f64>; 2] {
-        let rates = self.solver.section_rates().to_vec();
-        if rates.is_empty() { Default::default() } else { [chains.half_thickness.clone(), rates] }
+    /// Notes the sections, to solve a step again.
+    pub(super) fn note_sections(&mut self, chains: &Chains) {
+        let [shapes, rates] = &mut self.sections;
+        rates.clear();
+        rates.extend_from_slice(self.solver.section_rates());
+        if !rates.is_empty() {
+            shapes.clone_from(&chains.half_thickness);
+        }
     }
 
-    /// Takes the sections back to how they were.
-    pub(super) fn recall_sections(&mut self, [shapes, rates]: &[Vec<f64>; 2], chains: &mut Chains) {
+    /// Takes the sections back to how they were noted.
+    pub(super) fn recall_sections(&mut self, chains: &mut Chains) {
+        let [shapes, rates] = &self.sections;
         if !rates.is_empty() {
             chains.half_thickness.copy_from_slice(shapes);
             self.solver.set_section_rates(rates);
@@ -46,7 +53,12 @@ impl Engine<'_> {
         if let Some(memory) = memory {
             solver.recall(memory);
         }
-        self.touch = Some(Touch { solver, last: ContactStats::default(), bodies_kicked: Vec::new() });
+        self.touch = Some(Touch {
+            solver,
+            last: ContactStats::default(),
+            bodies_kicked: Vec::new(),
+            sections: Default::default(),
+        });
     }
 
     /// v* → v⁺ of yarns and bodies. Where the net has contact too, that solves both.

@@ -71,7 +71,7 @@ impl Engine<'_> {
         of_net.clear(&base);
         of_yarns.clear(&base);
         let settled = SETTLED * yarns.tolerance() / self.h;
-        let before = yarns.sections(&self.chains);
+        yarns.note_sections(&self.chains);
         for turn in 0..TURNS {
             self.net.net.velocity.copy_from_slice(&touch.kicked);
             self.set_shared(&base, &of_yarns);
@@ -83,14 +83,14 @@ impl Engine<'_> {
             }
             self.set_shared(&base, &of_net);
             if turn > 0 {
-                yarns.recall_sections(&before, &mut self.chains);
+                yarns.recall_sections(&mut self.chains);
             }
             self.solve_yarns(yarns);
             of_yarns.take(self, &base, &of_net);
         }
         if touch.last.refused.is_some() {
             // The step is not taken.
-            yarns.recall_sections(&before, &mut self.chains);
+            yarns.recall_sections(&mut self.chains);
         }
         self.yarns_kicked.clone_from(&base.yarns);
         self.shared = [base, of_net, of_yarns];
