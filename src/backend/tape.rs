@@ -126,17 +126,24 @@ pub struct RunningTape {
     values: Vec<DVec3>,
     /// Whether each op's value is a vector.
     vector: Vec<bool>,
+    /// Index of each reading, in op order.
+    readings: Vec<usize>,
     pub memory: Memory,
 }
 
 impl RunningTape {
-    /// `is_vector` answers for readings.
-    pub fn new(tape: &Tape, is_vector: impl Fn(&Reading) -> bool) -> Self {
+    /// `known` answers for a reading: the index under which it is read, and whether it is a vector.
+    pub fn new(tape: &Tape, known: impl Fn(&Reading) -> (usize, bool)) -> Self {
         let mut vector: Vec<bool> = Vec::with_capacity(tape.ops.len());
+        let mut readings = Vec::new();
         for op in &tape.ops {
             let of = |slot: &Slot| vector[slot.0 as usize];
             vector.push(match op {
-                Op::Read(reading) => is_vector(reading),
+                Op::Read(reading) => {
+                    let (index, is_vector) = known(reading);
+                    readings.push(index);
+                    is_vector
+                }
                 Op::Vector(_) => true,
                 Op::Unary(function, a) => constant::unary_is_vector(*function, of(a)),
                 Op::Binary(function, a, b) => constant::binary_is_vector(*function, of(a), of(b)),
@@ -150,18 +157,20 @@ impl RunningTape {
         Self {
             values: vec![DVec3::ZERO; tape.ops.len()],
             vector,
+            readings,
             memory: Memory(vec![Accumulator::default(); accumulators]),
         }
     }
 
-    /// Evaluates at `time` (s). `read` gives the outputs; numbers may stand in any component 0.
-    pub fn evaluate(&mut self, tape: &Tape, time: f64, take: Take<'_>, read: &mut dyn FnMut(&Reading) -> DVec3) {
-        let mut accumulator = 0;
+    /// Evaluates at `time` (s). `read` gives the outputs by index; a number stands in component 0.
+    pub fn evaluate(&mut self, tape: &Tape, time: f64, take: Take<'_>, read: &mut dyn FnMut(usize) -> DVec3) {
+        let (mut accumulator, mut reading) = (0, 0);
         for (index, op) in tape.ops.iter().enumerate() {
             let value = match op {
                 Op::Time => DVec3::splat(time),
-                Op::Read(reading) => {
-                    let value = read(reading);
+                Op::Read(_) => {
+                    let value = read(self.readings[reading]);
+                    reading += 1;
                     if self.vector[index] { value } else { DVec3::splat(value.x) }
                 }
                 Op::OverTime(reduction) => {
@@ -173,6 +182,34 @@ impl RunningTape {
             };
             self.values[index] = value;
         }
+    }
+
+    /// Whether a reduction over time would take the values of `time` (s). Where none would, the tape need not be evaluated
+    /// until its value is asked for.
+    pub fn wakes(&self, tape: &Tape, time: f64, take: Take<'_>) -> bool {
+        let number = |slot: &Option<Slot>| slot.map(|slot| &tape.ops[slot.0 as usize]);
+        let is_past = |before: &Option<Slot>| matches!(number(before), Some(Op::Number(before)) if time > *before);
+        let is_to_come = |after: &Option<Slot>| matches!(number(after), Some(Op::Number(after)) if time < *after);
+        let reductions =
+            tape.ops.iter().filter_map(|op| if let Op::OverTime(reduction) = op { Some(reduction) } else { None });
+        reductions.zip(&self.memory.0).any(|(reduction, known)| {
+            let whole = reduction.after.is_none() && reduction.before.is_none() && reduction.during.is_none();
+            take.is_for(reduction.during.as_deref())
+                && match reduction.op {
+                    TimeOp::At => known.found.is_none(),
+                    _ if is_past(&reduction.before) || is_to_come(&reduction.after) => false,
+                    TimeOp::Initial => known.first.is_none(),
+                    TimeOp::Final => known.first.is_none() || !whole,
+                    TimeOp::First | TimeOp::Ever => known.held_first.is_none(),
+                    TimeOp::Always => !known.failed,
+                    TimeOp::Max | TimeOp::Min | TimeOp::Mean | TimeOp::Integral => true,
+                }
+        })
+    }
+
+    /// Indices of what it reads.
+    pub fn readings(&self) -> &[usize] {
+        &self.readings
     }
 
     fn reduce(&mut self, reduction: &Reduction, index: usize, time: f64, take: Take<'_>) -> DVec3 {
@@ -276,7 +313,7 @@ mod tests {
     }
 
     fn over_steps(tape: &Tape, steps: u32, h: f64) -> f64 {
-        let mut running = RunningTape::new(tape, |_| false);
+        let mut running = RunningTape::new(tape, |_| (0, false));
         for step in 0..=steps {
             running.evaluate(tape, f64::from(step) * h, Take::Step(None), &mut |_| DVec3::ZERO);
         }
@@ -329,7 +366,7 @@ mod tests {
             Op::Binary(BinaryFn::Less, Slot(7), Slot(6)),
         ];
         let tape = Tape { name: "norm".into(), ops };
-        let mut running = RunningTape::new(&tape, |_| false);
+        let mut running = RunningTape::new(&tape, |_| (0, false));
         running.evaluate(&tape, 0.0, Take::Step(None), &mut |_| DVec3::ZERO);
         assert!(running.is_true());
         assert_eq!(running.observed(&tape), 10.0);

@@ -18,7 +18,7 @@ use crate::backend::state::{BodyState, State};
 use crate::backend::tape::RunningTape;
 use crate::physics::breaking::{Parting, Spent, Stretches};
 use crate::physics::{Bodies, Chains, YarnId, gershgorin, viscosity};
-use crate::plan::{OriginId, Plan, Quantity, Reading, Sink, told};
+use crate::plan::{OriginId, Plan, Reading, Sink, told};
 
 /// One run of one plan.
 pub struct Engine<'p> {
@@ -48,9 +48,12 @@ pub struct Engine<'p> {
     pub(super) pool: Option<Arc<rayon::ThreadPool>>,
     pub(super) actions: Vec<Action>,
     pub(super) tapes: Vec<RunningTape>,
-    pub(super) reads_energy: bool,
-    /// Sources of the readings of all tapes, tape by tape in op order.
+    /// Whether sinks alone ask for a tape, and which were evaluated last.
+    pub(super) of_sinks: Vec<bool>,
+    pub(super) due: Vec<usize>,
+    /// What the tapes read, each once, with its source, and the values of the present evaluation.
     pub(super) sources: Vec<(Reading, Source)>,
+    pub(super) seen: Vec<Option<DVec3>>,
     pub(super) ledger: Ledger,
     pub(super) broken: Vec<u32>,
     pub(super) spent: Vec<Spent>,
@@ -111,8 +114,10 @@ impl<'p> Engine<'p> {
             pool: None,
             actions: Vec::new(),
             tapes: Vec::new(),
-            reads_energy: false,
+            of_sinks: Vec::new(),
+            due: Vec::new(),
             sources: Vec::new(),
+            seen: Vec::new(),
             ledger: Ledger::default(),
             broken: Vec::new(),
             spent: Vec::new(),
@@ -224,11 +229,22 @@ impl<'p> Engine<'p> {
                     && !self.sources.iter().any(|(known, _)| known == reading)
                 {
                     let source = readings::source(self, reading, index)?;
-                    self.reads_energy |= reading.quantity == Quantity::Energy;
                     self.sources.push((reading.clone(), source));
                 }
             }
-            self.tapes.push(RunningTape::new(tape, |reading| readings::is_vector(reading.quantity)));
+            // Every reading of this tape has just been given a source.
+            let index = |reading: &Reading| self.sources.iter().position(|(known, _)| known == reading).unwrap_or(0);
+            let known = |reading: &Reading| (index(reading), readings::is_vector(reading.quantity));
+            self.tapes.push(RunningTape::new(tape, known));
+        }
+        // Each sink has tapes of its own.
+        self.of_sinks = vec![false; self.tapes.len()];
+        for sink in &plan.body.sinks {
+            match sink {
+                Sink::Probe { tape, .. } | Sink::Result { tape } => self.of_sinks[tape.0 as usize] = true,
+                Sink::Expect(check) => self.of_sinks[check.tape.0 as usize] = true,
+                Sink::Frames { .. } | Sink::Picture { .. } | Sink::Checkpoint { .. } | Sink::Watch { .. } => {}
+            }
         }
         Ok(())
     }

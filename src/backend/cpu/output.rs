@@ -92,6 +92,7 @@ impl Outbox {
             match sink {
                 Sink::Frames { domains, .. } if due => observer.frame(index, &engine.frame(domains)),
                 Sink::Probe { tape, .. } if due => {
+                    engine.ask(tape.0 as usize);
                     observer.probe_row(index, time, engine.tapes[tape.0 as usize].value());
                 }
                 Sink::Picture { domains, at, .. } => {

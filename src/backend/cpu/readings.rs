@@ -104,7 +104,8 @@ fn asked_by(engine: &Engine<'_>, tape: usize) -> Option<OriginId> {
 }
 
 impl Engine<'_> {
-    /// Evaluates every tape at the present state. With `accepted`, reductions over time take the values.
+    /// Evaluates the tapes at the present state. With `accepted`, reductions over time take the values. Tapes that sinks
+    /// alone ask for are evaluated where a reduction takes something, and else when they are asked ([`Engine::ask`]).
     pub(super) fn evaluate_tapes(&mut self, accepted: bool) {
         let stage = self.staging.name.take();
         self.evaluate(if accepted { Take::Step(stage.as_deref()) } else { Take::Nothing });
@@ -119,21 +120,45 @@ impl Engine<'_> {
     }
 
     fn evaluate(&mut self, take: Take<'_>) {
-        if self.tapes.is_empty() {
-            return;
+        let mut due = std::mem::take(&mut self.due);
+        due.clear();
+        for (index, running) in self.tapes.iter().enumerate() {
+            if !self.of_sinks[index] || running.wakes(&self.plan.body.tapes[index], self.time, take) {
+                due.push(index);
+            }
         }
-        if self.reads_energy {
-            self.measure();
-        }
-        let mut tapes = std::mem::take(&mut self.tapes);
-        for (running, tape) in tapes.iter_mut().zip(&self.plan.body.tapes) {
-            running.evaluate(tape, self.time, take, &mut |reading| self.read(reading));
-        }
-        self.tapes = tapes;
+        self.seen.clear();
+        self.evaluate_these(&due, take);
+        self.due = due;
     }
 
-    fn read(&self, reading: &Reading) -> DVec3 {
-        let Some((_, source)) = self.sources.iter().find(|(known, _)| known == reading) else { return DVec3::NAN };
+    /// Brings a tape up to the present state of a run, if no reduction over time had woken it.
+    pub(super) fn ask(&mut self, tape: usize) {
+        let stage = self.staging.name.take();
+        let take = Take::Step(stage.as_deref());
+        if self.of_sinks[tape] && !self.due.contains(&tape) {
+            self.evaluate_these(&[tape], take);
+        }
+        self.staging.name = stage;
+    }
+
+    fn evaluate_these(&mut self, due: &[usize], take: Take<'_>) {
+        let reads_energy = |index: &usize| self.sources[*index].0.quantity == Quantity::Energy;
+        if due.iter().any(|tape| self.tapes[*tape].readings().iter().any(reads_energy)) {
+            self.measure();
+        }
+        // Tapes share what they read, and what is asked for at the same state reads it too.
+        let (mut tapes, mut seen) = (std::mem::take(&mut self.tapes), std::mem::take(&mut self.seen));
+        seen.resize(self.sources.len(), None);
+        for index in due {
+            let mut read = |index: usize| *seen[index].get_or_insert_with(|| self.read(index));
+            tapes[*index].evaluate(&self.plan.body.tapes[*index], self.time, take, &mut read);
+        }
+        (self.tapes, self.seen) = (tapes, seen);
+    }
+
+    fn read(&self, index: usize) -> DVec3 {
+        let (reading, source) = &self.sources[index];
         let number = |value: f64| DVec3::new(value, 0.0, 0.0);
         match (*source, reading.quantity) {
             (Source::Part(part), Quantity::Position) => self.mean_over(part, &self.chains.position),

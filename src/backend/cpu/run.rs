@@ -309,6 +309,9 @@ impl<'e, 'p, 'o> Runner<'e, 'p, 'o> {
         if !bad {
             self.outbox.emit(engine, self.observer, true);
         }
+        for tape in 0..engine.tapes.len() {
+            engine.ask(tape);
+        }
         let checks = judged(engine);
         let names: Vec<String> = engine.body_names().collect();
         let body = |(i, name): (usize, String)| BodyEnd {
