@@ -13,6 +13,7 @@ pub mod peirce;
 pub mod random;
 pub mod section;
 pub mod segments;
+pub mod shadow;
 pub mod sheet;
 pub mod solid;
 pub mod stl;

@@ -187,6 +187,9 @@ pub struct CanopyAir {
     pub drag_area: f64,
     /// Share of it at the start (1).
     pub first_share: f64,
+    /// Where a line reefs its skirt: area of its shadow when it has opened, m². Its drag area is no larger a share of C_D0·S0
+    /// than its shadow is of this.
+    pub shadow: Option<f64>,
     /// Nominal diameter D0, m.
     pub diameter: f64,
     /// Filling constant n (1).

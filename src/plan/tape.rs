@@ -77,7 +77,7 @@ pub enum Quantity {
     ContactForce,
     /// N: mean tension of a strand or a line over its length.
     Tension,
-    /// m²: the shadow of a sheet, or of a canopy's sheets, across its axis.
+    /// m²: the shadow of a sheet along z, or of a canopy's sheets along its axis.
     ProjectedArea,
     /// m²: drag over dynamic pressure of a canopy in quasi-steady air.
     DragArea,

@@ -243,6 +243,8 @@ pub struct Canopy {
     pub filling_exponent: Given<f64>,
     /// Share of the drag area at the start (1).
     pub first_share: Given<f64>,
+    /// Dp/D0 (1).
+    pub projected_diameter: Option<Given<f64>>,
     /// Where the confluence lies, m.
     pub position: Given<[f64; 3]>,
     pub turn: Given<[f64; 4]>,

@@ -63,6 +63,17 @@ impl Elements {
         self.triangles_of(part).map(of).sum()
     }
 
+    /// Areas of a sheet's triangles across a unit vector, of those that look along it and of those that look against it, m².
+    pub fn areas_across(&self, part: PartId, along: DVec3, position: &[DVec3]) -> [f64; 2] {
+        let mut across = [0.0; 2];
+        for nodes in self.triangles_of(part) {
+            let [a, b, c] = nodes.map(|n| position[n as usize]);
+            let area = (b - a).cross(c - a).dot(along) * 0.5;
+            across[usize::from(area < 0.0)] += area.abs();
+        }
+        across
+    }
+
     /// Areas at rest of a sheet's triangles, m².
     pub fn areas(&self, part: PartId) -> impl Iterator<Item = f64> {
         self.sets.triangles.iter().filter(move |set| set.part == part).flat_map(|set| set.area.iter().copied())

@@ -3,6 +3,7 @@
 //! Each file here answers one question about the scene; all of them add to the one [`Maker`].
 
 mod actions;
+mod air;
 mod apart;
 mod assembly;
 mod bodies;

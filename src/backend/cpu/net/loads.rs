@@ -30,6 +30,8 @@ pub struct CanopyRun {
     pub parts: Vec<usize>,
     /// Net nodes with their share of its mass.
     share: Vec<(u32, f64)>,
+    /// Its shadow over that of the open canopy, where it is reefed (1).
+    shown: f64,
 }
 
 /// The air of a plan.
@@ -73,17 +75,31 @@ pub fn canopies(plan: &Plan, parts: &[NetPart], mass: &[f64]) -> Result<Vec<Cano
             return Err(Refusal::new(format!("`{}` has no sheets that air could fill", law.name), Some(law.origin)));
         }
         let share = nodes.into_iter().map(|node| (node, mass[node as usize] / whole)).collect();
-        canopies.push(CanopyRun { name: law.name.clone(), law: law.clone(), parts: own, share });
+        canopies.push(CanopyRun { name: law.name.clone(), law: law.clone(), parts: own, share, shown: 1.0 });
     }
     Ok(canopies)
 }
 
 impl NetRun {
-    /// Drag area of a canopy as far as it has filled, m².
+    /// Drag area of a canopy as far as it has filled, and as far as its reefing lets it open, m². In proportion to the shadow
+    /// is an estimate: C_D on the shadow is taken to be that of the open canopy.
     pub fn drag_area(&self, canopy: usize) -> f64 {
-        let law = &self.air_of[canopy].law;
+        let CanopyRun { law, shown, .. } = &self.air_of[canopy];
         let filled = self.memory.filling.get(canopy).map_or(0.0, |(filled, _)| filled.min(1.0));
-        law.drag_area * libm::pow(filled, law.exponent).max(law.first_share).min(1.0)
+        law.drag_area * libm::pow(filled, law.exponent).max(law.first_share).min(*shown)
+    }
+
+    /// What a reefed canopy shows to the air, over what it shows when it has opened. Of its two sides the larger is the
+    /// shadow: what bulges over the skirt looks back.
+    fn show(&mut self, canopy: usize, along: DVec3) {
+        let CanopyRun { law, parts, .. } = &self.air_of[canopy];
+        let Some(open) = law.shadow else { return };
+        let mut across = [0.0; 2];
+        for part in parts {
+            let of_part = self.elements.areas_across(PartId(*part as u32), along, &self.net.position);
+            across = [across[0] + of_part[0], across[1] + of_part[1]];
+        }
+        self.air_of[canopy].shown = (across[0].max(across[1]) / open).min(1.0);
     }
 
     /// The air's velocity less the canopy's, m/s.
@@ -104,6 +120,7 @@ impl NetRun {
             return;
         }
         let along = felt / speed;
+        self.show(canopy, along);
         let drag_area = self.drag_area(canopy);
         let dynamic = 0.5 * density * speed * speed;
         let run = &self.air_of[canopy];

@@ -2,12 +2,13 @@
 
 use std::collections::BTreeSet;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::{NetKind, NetPart, NetRun};
 use crate::backend::cpu::engine::Engine;
 use crate::backend::frame::{Frame, LineFrame, PointFrame, SheetFrame};
 use crate::backend::observe::Broken;
+use crate::geometry::shadow::shadow;
 use crate::physics::net::PartId;
 use crate::plan::{DomainId, Quantity};
 
@@ -122,6 +123,18 @@ impl NetRun {
         item.parts.iter().filter(|part| self.is_sheet(**part)).map(of).sum()
     }
 
+    /// Area of the shadow of one sheet along z, or of a canopy's sheets along its axis, m².
+    fn shadow(&self, item: &NetItem) -> f64 {
+        let along = if item.parts.len() == 1 { DVec3::Z } else { self.axis(item) };
+        let (u, v) = along.any_orthonormal_pair();
+        let x = &self.net.position;
+        let flat = |nodes: &[u32; 3]| nodes.map(|n| DVec2::new(x[n as usize].dot(u), x[n as usize].dot(v)));
+        let sheets = item.parts.iter().filter(|part| self.is_sheet(**part));
+        let triangles: Vec<[DVec2; 3]> =
+            sheets.flat_map(|part| self.elements.triangles_of(PartId(*part as u32))).map(flat).collect();
+        shadow(&triangles)
+    }
+
     /// From the confluence to the vent where both are; else the mean normal, away from the confluence where there is one.
     fn axis(&self, item: &NetItem) -> DVec3 {
         let x = &self.net.position;
@@ -204,7 +217,7 @@ impl Engine<'_> {
                 number((net.memory.gone.iter().filter(of_item).count() + torn) as f64)
             }
             Quantity::Tension => number(net.tension(item)),
-            Quantity::ProjectedArea => number(net.area_vector(item).length()),
+            Quantity::ProjectedArea => number(net.shadow(item)),
             Quantity::Axis => net.axis(item),
             Quantity::Confluence => net.mean(&item.confluence, &net.net.position),
             Quantity::DragArea => number(item.canopy.map_or(0.0, |canopy| net.drag_area(canopy))),
