@@ -1,12 +1,10 @@
-//! Shapes without physics: solids and their distances, elliptic yarn sections, boxes and their tree, weave drafts and
+//! Shapes without physics: solids and their distances, elliptic yarn sections, moving boxes, weave drafts and
 //! the yarn paths made from them. Plain numbers in SI units; the same input gives the same bits on every machine and
 //! any number of threads.
 
 pub mod draft;
 pub mod impact;
 pub mod obb;
-pub mod obb_moving;
-pub mod obb_tree;
 pub mod obj;
 pub mod peirce;
 #[cfg(test)]

@@ -4,8 +4,7 @@
 use glam::DVec3;
 
 use super::narrow::{Ends, Meeting, Scene};
-use crate::geometry::obb::Obb;
-use crate::geometry::obb_moving::moving_overlap;
+use crate::geometry::obb::{Obb, moving_overlap};
 
 /// The box around a segment: along it, its thickness, its width, as they are in its middle.
 fn around(scene: &Scene<'_>, e: &Ends) -> Obb {

@@ -78,7 +78,7 @@ impl Candidates {
             }
         }
         if laws.any_between_yarns() {
-            self.broad.seek(&self.is_stale, chunks, chains);
+            self.broad.seek(&self.stale, &self.is_stale, chunks, chains, parallel);
             self.seek(chunks, chains, laws, parallel);
         }
         Sought { rebuilt: true, chunks: self.stale.len() }

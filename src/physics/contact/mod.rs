@@ -21,6 +21,7 @@ mod relinearise;
 mod response;
 mod stats;
 mod step;
+mod tree;
 
 use std::sync::atomic::AtomicU32;
 use std::time::Instant;

@@ -13,7 +13,7 @@ use super::features::Features;
 use super::law::Laws;
 use super::reference::{Frame, Reference, Room, widths};
 use super::seeker::{Seeker, Seen};
-use super::tree::{Aabb, Tree};
+use crate::physics::contact::tree::{Aabb, Tree};
 
 /// A vertex with a face, or two edges.
 #[derive(Clone, Copy, Debug, PartialEq)]

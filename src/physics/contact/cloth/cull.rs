@@ -10,8 +10,8 @@ use super::cone::{Bounds, Cone, Flat};
 use super::features::{Element, Features};
 use super::narrow::closing;
 use super::reference::Reference;
-use super::tree::Tree;
 use crate::geometry::segments::closest_on_segments;
+use crate::physics::contact::tree::Tree;
 
 /// Cosine of the narrowest notch of the outline, 80°.
 const NOTCH: f64 = 0.17;

@@ -25,7 +25,6 @@ mod step;
 mod sweep;
 mod ties;
 mod touching;
-mod tree;
 mod zones;
 
 use glam::DVec3;

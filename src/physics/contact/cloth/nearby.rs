@@ -11,9 +11,9 @@ use super::features::Features;
 use super::rows::Row;
 use super::shapes::{Course, Pose};
 use super::sweep::Hit;
-use super::tree::{Aabb, Tree};
 use crate::geometry::Solid;
 use crate::geometry::solid::Near;
+use crate::physics::contact::tree::{Aabb, Tree};
 
 /// n·x + c, m: nowhere above the distance of the body, in its axes.
 #[derive(Clone, Copy, Debug, Default)]

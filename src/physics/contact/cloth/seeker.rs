@@ -5,9 +5,9 @@ use glam::DVec3;
 use super::candidates::Pair;
 use super::features::{Element, Features};
 use super::reference::Reference;
-use super::tree::Aabb;
 use crate::geometry::impact::closest_on_triangle;
 use crate::geometry::segments::closest_on_segments;
+use crate::physics::contact::tree::Aabb;
 
 pub(super) struct Seeker<'a> {
     pub features: &'a Features,

@@ -29,18 +29,18 @@ fn moved(x: &(Obb, DQuat), by: DVec3) -> (Obb, DQuat) {
     (Obb { centre: x.0.centre + by, ..x.0 }, x.1)
 }
 
+fn aligned(centre: DVec3, half: DVec3) -> Obb {
+    Obb { centre, axes: [DVec3::X, DVec3::Y, DVec3::Z], half }
+}
+
+/// Whether `p` is in the box or within `slack` of a face.
+fn holds(x: &Obb, p: DVec3, slack: f64) -> bool {
+    let d = p - x.centre;
+    (0..3).all(|k| d.dot(x.axes[k]).abs() <= x.half[k] + slack)
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
-
-    #[test]
-    fn resting_test_agrees_with_gjk(a in boxes(), b in boxes()) {
-        let distance = gjk_distance(&a, &b);
-        if a.0.overlaps(&b.0) {
-            prop_assert!(distance < 1e-9, "{distance}");
-        } else {
-            prop_assert!(distance > 0.0);
-        }
-    }
 
     #[test]
     fn moving_test_agrees_with_gjk(a in boxes(), b in boxes(), va in vector(3.0), vb in vector(3.0)) {
@@ -58,15 +58,15 @@ proptest! {
                 prop_assert!(!hit.points().is_empty());
                 let (x, y) = (moved(&a, va * hit.time).0, moved(&b, vb * hit.time).0);
                 for &p in hit.points() {
-                    prop_assert!(x.contains(p, hit.depth + 1e-6) && y.contains(p, hit.depth + 1e-6), "{:?}", hit);
+                    prop_assert!(holds(&x, p, hit.depth + 1e-6) && holds(&y, p, hit.depth + 1e-6), "{:?}", hit);
                 }
                 if hit.time > 0.0 {
                     prop_assert_eq!(hit.depth, 0.0);
                     prop_assert!((va - vb).dot(hit.normal) < 0.0);
                 } else {
                     // Moving A out by the depth frees the boxes; by a little less does not.
-                    prop_assert!(!moved(&a, hit.normal * (hit.depth + 1e-9)).0.overlaps(&b.0));
-                    prop_assert!(moved(&a, hit.normal * (hit.depth * 0.999)).0.overlaps(&b.0));
+                    prop_assert!(gjk_distance(&moved(&a, hit.normal * (hit.depth + 1e-9)), &b) > 0.0);
+                    prop_assert!(gjk_distance(&moved(&a, hit.normal * (hit.depth * 0.999)), &b) == 0.0);
                 }
             }
             None => for k in 0..=40 {
@@ -79,7 +79,7 @@ proptest! {
     /// Edges parallel to within rounding: the cross products are noise, and nothing may be missed or invented.
     #[test]
     fn nearly_parallel_boxes_stay_right(c in vector(2.0), angle in -1e-7..1e-7f64, v in vector(3.0)) {
-        let a = (Obb::aligned(DVec3::ZERO, DVec3::new(0.5, 0.4, 0.3)), DQuat::IDENTITY);
+        let a = (aligned(DVec3::ZERO, DVec3::new(0.5, 0.4, 0.3)), DQuat::IDENTITY);
         let q = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), angle);
         let b = (Obb { centre: c, axes: [q * DVec3::X, q * DVec3::Y, q * DVec3::Z], half: DVec3::new(0.2, 0.3, 0.4) }, q);
         let gap = |t: f64| ((c + v * t).abs() - DVec3::new(0.7, 0.7, 0.7)).max_element();
@@ -88,34 +88,12 @@ proptest! {
             None => for k in 0..=100 { prop_assert!(gap(f64::from(k) / 100.0) > -1e-6); },
         }
     }
-
-    #[test]
-    fn a_fitted_box_holds_its_moving_run(n in 2usize..9, start in vector(1.0), steps in prop::collection::vec((vector(0.3), vector(0.1)), 9)) {
-        let mut at = start;
-        let mut positions = Vec::new();
-        let mut moves = Vec::new();
-        for (step, m) in steps.iter().take(n) {
-            at += *step;
-            positions.push(at);
-            moves.push(*m);
-        }
-        let fitted = Obb::fit_run(&positions, &moves, 0.05);
-        for i in 0..n {
-            for share in [0.0, 0.3, 1.0] {
-                prop_assert!(fitted.contains(positions[i] + moves[i] * share, -0.05 + 1e-12));
-            }
-        }
-        let parent = Obb::merge(&fitted, &Obb::fit_run(&positions[..1], &[], 0.4));
-        for p in fitted.corners() { prop_assert!(parent.contains(p, 1e-12)); }
-        let [x, y, z] = fitted.axes;
-        prop_assert!((x.cross(y) - z).length() < 1e-12 && x.dot(y).abs() < 1e-12);
-    }
 }
 
 #[test]
 fn a_face_lands_on_a_face_with_four_points() {
-    let a = Obb::aligned(DVec3::new(0.5, 0.0, 2.0), DVec3::splat(0.5));
-    let b = Obb::aligned(DVec3::ZERO, DVec3::splat(0.5));
+    let a = aligned(DVec3::new(0.5, 0.0, 2.0), DVec3::splat(0.5));
+    let b = aligned(DVec3::ZERO, DVec3::splat(0.5));
     let hit = moving_overlap(&a, -DVec3::Z, &b, DVec3::ZERO, 2.0).unwrap();
     assert!((hit.time - 1.0).abs() < 1e-12);
     assert_eq!(hit.normal, DVec3::Z);

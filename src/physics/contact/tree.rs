@@ -1,4 +1,5 @@
-//! A tree of boxes over the elements of one part: built once over the material, refitted when candidates are sought.
+//! The broad phase: a tree of boxes over the elements of a sheet, of lines, or over the chunks of yarns, built once over the
+//! material and refitted, as a whole or where it is marked, when candidates are sought.
 
 use std::ops::Range;
 
