@@ -144,7 +144,8 @@ impl Reference {
         }
     }
 
-    /// Gives all nodes new courses. `pairs` and `elements` are those of the last search, by which the window is chosen: a
+    /// Gives all nodes new courses: `landing` tells of a node, its radius (m) and a time (s) where its course starts, seen from the
+    /// node (m), and how fast it is (m/s). `pairs` and `elements` are those of the last search, by which the window is chosen: a
     /// longer one searches less often and measures more pairs.
     pub fn refer(
         &mut self,
@@ -154,6 +155,7 @@ impl Reference {
         frame: &Frame,
         room: &Room<'_>,
         [pairs, elements]: [usize; 2],
+        landing: impl Fn(usize, f64, f64) -> [DVec3; 2],
     ) {
         let first = self.position.len() != x.len();
         let lasted = if h > 0.0 { self.time / h } else { 0.0 };
@@ -172,19 +174,32 @@ impl Reference {
             room.radius(n, self.radius.get(n).copied(), h, age, v[n] - drift)
         };
         self.radius = (0..x.len()).map(radius).collect();
-        self.position.clear();
-        self.position.extend(x.iter().map(|x| *x - centre));
-        self.velocity.clear();
-        self.velocity.extend(v.iter().map(|v| *v - drift));
         self.since.clear();
         self.since.resize(x.len(), 0.0);
         self.time = 0.0;
         // A little more than whole steps, or rounding takes the last one away.
         self.horizon = (self.window + 0.01) * h;
+        self.position.clear();
+        self.velocity.clear();
+        for (n, (x, radius)) in x.iter().zip(&self.radius).enumerate() {
+            let [aside, velocity] = landing(n, *radius, self.horizon);
+            self.position.push(*x - centre + aside);
+            self.velocity.push(velocity - drift);
+        }
     }
 
     /// Gives these nodes new courses.
-    pub fn renew(&mut self, h: f64, x: &[DVec3], v: &[DVec3], frame: &Frame, room: &Room<'_>, stale: &[u32]) {
+    #[allow(clippy::too_many_arguments)]
+    pub fn renew(
+        &mut self,
+        h: f64,
+        x: &[DVec3],
+        v: &[DVec3],
+        frame: &Frame,
+        room: &Room<'_>,
+        stale: &[u32],
+        landing: impl Fn(usize, f64, f64) -> [DVec3; 2],
+    ) {
         let Frame { centre, drift } = *frame;
         // Those that were struck now would look as far as all others did while nothing moved.
         let steps = room.idle(h, stale.iter().map(|n| v[*n as usize] - drift)).max(WINDOWS[1]);
@@ -193,8 +208,9 @@ impl Reference {
             let n = n as usize;
             let age = self.time - self.since[n];
             self.radius[n] = room.radius(n, Some(self.radius[n]), h, age, v[n] - drift);
-            self.position[n] = x[n] - centre;
-            self.velocity[n] = v[n] - drift;
+            let [aside, velocity] = landing(n, self.radius[n], self.horizon - self.time);
+            self.position[n] = x[n] - centre + aside;
+            self.velocity[n] = velocity - drift;
             self.since[n] = self.time;
         }
     }

@@ -118,6 +118,17 @@ impl ClothContact {
     fn keep_candidates(&mut self, net: Net<'_>, v: &[DVec3], stats: &mut ClothContactStats, parallel: bool) -> usize {
         let clock = Instant::now();
         let Self { candidates, features, laws, settings, distances, turned, .. } = self;
+        let ground = landing::Ground {
+            features,
+            laws,
+            solids: &self.solids,
+            radii: &self.radii,
+            courses: &self.courses,
+            bodies: &self.bodies,
+            inverse_mass: net.inverse_mass,
+            part: &self.part_of,
+        };
+        let lands = |n: usize, radius: f64, span: f64| ground.course(n, net.position[n], v[n], radius, span);
         let mut stale = std::mem::take(&mut candidates.stale);
         let frame = &candidates.frame;
         let verdict = candidates.reference.watch(net.h, net.position, v, frame, turned.nodes(), &mut stale);
@@ -126,12 +137,12 @@ impl ClothContact {
             Verdict::All => candidates.pairs.len(),
             Verdict::Some => {
                 let (h, x) = (net.h, net.position);
-                let first = candidates.renew(h, x, v, settings.skin, features, laws, distances, parallel);
+                let first = candidates.renew(h, x, v, settings.skin, features, laws, distances, parallel, lands);
                 stats.renewed += candidates.stale.len();
                 first
             }
             Verdict::None => {
-                candidates.refer(net.h, net.position, v, settings.skin);
+                candidates.refer(net.h, net.position, v, settings.skin, lands);
                 candidates.seek(features, laws, parallel);
                 self.berths.clear();
                 stats.rebuilt = true;
