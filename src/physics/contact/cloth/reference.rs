@@ -231,9 +231,10 @@ impl Room<'_> {
     }
 
     fn radius(&self, n: usize, last: Option<f64>, h: f64, age: f64, velocity: DVec3) -> f64 {
-        let small = (SMALL * self.width[n]).min(THICK * self.skin);
+        let mut small = (SMALL * self.width[n]).min(THICK * self.skin);
         let mut most = 0.5 * self.skin + AHEAD * h * velocity.length();
         if Bounds::of(self.width[n], THICKNESS * self.skin).is_coarse() {
+            small = (CALM * self.width[n]).min(THICK * self.skin);
             most = most.min(CALM * self.width[n]);
         }
         let most = small.max(most);

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::candidates::Pair;
 use super::features::{Element, Features};
+use super::narrow::closing;
 use super::reference::Reference;
 use super::tree::Aabb;
 use crate::geometry::impact::closest_on_triangle;
@@ -23,6 +24,9 @@ pub(super) struct Seen<'a> {
     id: u32,
     element: &'a Element,
     place: [DVec3; 3],
+    /// How each node goes to the horizon on its course, and how far it may be from there, m.
+    ahead: [DVec3; 3],
+    radius: [f64; 3],
     /// How far each node may go to the horizon, m.
     reach: [f64; 3],
     half_thickness: f64,
@@ -35,6 +39,25 @@ pub(super) struct Seen<'a> {
     size: f64,
 }
 
+/// Whether two features that are `apart` (m) at `start` stay farther apart than `room` (m) while their nodes go straight by
+/// `ahead` (m). They close by at most c on the whole way, and evenly in time: at a share t of it they are over d₀ − t·c and
+/// over d₁ − (1 − t)·c apart, so never less than ½·(d₀ + d₁ − c).
+fn stays_beyond(
+    room: f64,
+    apart: f64,
+    is_face: bool,
+    start: [DVec3; 4],
+    ahead: [DVec3; 4],
+    square: impl Fn([DVec3; 4]) -> f64,
+) -> bool {
+    let closing = closing(is_face, ahead);
+    if apart <= room {
+        return false;
+    }
+    let end = [0, 1, 2, 3].map(|k| start[k] + ahead[k]);
+    0.5 * (apart + square(end).sqrt() - closing) > room
+}
+
 /// Sides at the corners of a set: side k runs from corner k to the next.
 fn sides_at(corners: u8) -> u8 {
     (corners | corners >> 1 | corners << 2) & 7
@@ -44,24 +67,24 @@ impl<'a> Seen<'a> {
     fn new(features: &'a Features, reference: &Reference, only: Option<&[bool]>, id: u32, common: DVec3) -> Self {
         let element = &features.elements[id as usize];
         let half_thickness = features.half_thickness[element.part as usize];
-        let (mut place, mut reach) = ([DVec3::ZERO; 3], [0.0; 3]);
-        let (mut around, mut radius, mut stale) = (Aabb::NOTHING, 0.0_f64, 0);
+        let (mut place, mut ahead) = ([DVec3::ZERO; 3], [DVec3::ZERO; 3]);
+        let (mut radius, mut reach) = ([0.0; 3], [0.0; 3]);
+        let (mut around, mut stale) = (Aabb::NOTHING, 0);
         for k in 0..3 {
             let n = element.nodes[k];
             place[k] = reference.place(n);
-            let ahead = reference.ahead(n) - common;
-            let own = reference.radius[n as usize];
-            reach[k] = ahead.length() + own;
-            radius = radius.max(own);
+            ahead[k] = reference.ahead(n) - common;
+            radius[k] = reference.radius[n as usize];
+            reach[k] = ahead[k].length() + radius[k];
             around.add(place[k]);
-            around.add(place[k] + ahead);
+            around.add(place[k] + ahead[k]);
             stale |= u8::from(only.is_none_or(|stale| stale[n as usize])) << k;
         }
-        let around = around.grown(radius + half_thickness);
+        let around = around.grown(radius[0].max(radius[1]).max(radius[2]) + half_thickness);
         let middle = (place[0] + place[1] + place[2]) / 3.0;
         let size = place.iter().map(|p| (*p - middle).length_squared()).fold(0.0, f64::max).sqrt();
         let stale_sides = sides_at(stale);
-        Self { id, element, place, reach, half_thickness, around, stale, stale_sides, middle, size }
+        Self { id, element, place, ahead, radius, reach, half_thickness, around, stale, stale_sides, middle, size }
     }
 
     /// The first element of pairs, and its mean motion, m.
@@ -116,7 +139,15 @@ impl Seeker<'_> {
         }
         let distance = |[v, a, b, c]: [DVec3; 4]| closest_on_triangle(v, [a, b, c]).delta.length_squared();
         let [x, y, z] = face.place;
-        if distance([one.place[corner], x, y, z]) <= limit * limit {
+        let start = [one.place[corner], x, y, z];
+        let square = distance(start);
+        if square <= limit * limit {
+            let [p, q, r] = face.ahead;
+            let [e, f, g] = face.radius;
+            let room = sum + one.radius[corner] + e.max(f).max(g);
+            if stays_beyond(room, square.sqrt(), true, start, [one.ahead[corner], p, q, r], distance) {
+                return;
+            }
             let v = one.element.nodes[corner];
             let [a, b, c] = face.element.nodes;
             let nodes = [v, a, b, c];
@@ -142,7 +173,14 @@ impl Seeker<'_> {
             return;
         }
         let distance = |[a, b, c, d]: [DVec3; 4]| closest_on_segments(a, b, c, d).delta.length_squared();
-        if distance([p, q, r, s]) <= limit * limit {
+        let square = distance([p, q, r, s]);
+        if square <= limit * limit {
+            let radius = |k: usize| seen[k].radius[ends[k][0]].max(seen[k].radius[ends[k][1]]);
+            let [[t, u], [v, w]] = [0, 1].map(|k| ends[k].map(|end| seen[k].ahead[end]));
+            let room = sum + radius(0) + radius(1);
+            if stays_beyond(room, square.sqrt(), false, [p, q, r, s], [t, u, v, w], distance) {
+                return;
+            }
             let [i, j] = [0, 1].map(|k| seen[k].element.edges[sides[k]]);
             let features = [i.min(j), i.max(j)];
             let [[a, b], [c, d]] = features.map(|e| self.features.edges[e as usize]);
