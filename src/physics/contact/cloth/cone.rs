@@ -45,10 +45,10 @@ pub(super) struct Cone {
     pub angle: f64,
 }
 
-/// Half the angle between two unit vectors whose ends are a chord c ≤ 1 apart is asin(c/2) ≤ x + 0.19·x³ with x = c/2.
-fn half_angle(chord: f64) -> f64 {
+/// The angle between two unit vectors whose ends are a chord c ≤ 1 apart is 2·asin(c/2) ≤ 2·(x + 0.19·x³) with x = c/2.
+fn angle_over(chord: f64) -> f64 {
     let x = 0.5 * chord;
-    if chord <= 1.0 { x + 0.19 * x * x * x } else { f64::INFINITY }
+    if chord <= 1.0 { 2.0 * (x + 0.19 * x * x * x) } else { f64::INFINITY }
 }
 
 /// An angle is no more than t − t³/3 + t⁵/5 of its tangent t, for 1 ≤ (1 + t²)(1 − t² + t⁴).
@@ -66,9 +66,20 @@ impl Cone {
         if !(self.angle <= lean && other.angle <= lean) {
             return Self::NONE;
         }
-        let turn = half_angle((self.axis - other.axis).length());
-        let axis = (self.axis + other.axis).normalize_or(self.axis);
-        Self { axis, angle: turn + self.angle.max(other.angle) }
+        let across = self.axis - other.axis;
+        let chord = across.length();
+        let between = angle_over(chord);
+        if between + other.angle <= self.angle {
+            return self;
+        }
+        if between + self.angle <= other.angle {
+            return other;
+        }
+        // The narrowest cone leans to the wider one, by half of what that is wider.
+        let lean = if chord > 0.0 { 0.5 * (self.angle - other.angle) / chord } else { 0.0 };
+        let axis = (0.5 * (self.axis + other.axis) + lean * across).normalize_or(self.axis);
+        let angle = |of: &Self| angle_over((axis - of.axis).length()) + of.angle;
+        Self { axis, angle: angle(&self).max(angle(&other)) }
     }
 
     /// The normals of a face from now to the horizon. Moves of at most r change a plane's slope and a stretch by at most 2r over
