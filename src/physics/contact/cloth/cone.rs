@@ -6,6 +6,7 @@
 
 use glam::DVec3;
 
+use super::corners::three;
 use super::reference::Reference;
 
 /// What is asked of a stretch of cloth that cannot touch itself.
@@ -85,8 +86,8 @@ impl Cone {
     /// The normals of a face from now to the horizon. Moves of at most r change a plane's slope and a stretch by at most 2r over
     /// the face's least width.
     pub fn of_face(nodes: &[u32; 3], flat: &Flat, reference: &Reference, bounds: &Bounds) -> Self {
-        let [a, b, c] = nodes.map(|n| reference.place(n));
-        let ahead = nodes.map(|n| reference.ahead(n));
+        let [a, b, c] = three(*nodes, |n| reference.place(n));
+        let ahead = three(*nodes, |n| reference.ahead(n));
         let radius = nodes.iter().map(|n| reference.radius[*n as usize]).fold(0.0, f64::max);
         let (p, q) = (b - a, c - a);
         let (dp, dq) = (ahead[1] - ahead[0], ahead[2] - ahead[0]);
@@ -117,7 +118,7 @@ impl Cone {
             return Self::NONE;
         }
         let axis = (normals[0] + 2.0 * normals[1] + normals[2]).normalize_or_zero();
-        let along = normals.map(|n| n.dot(axis));
+        let along = three(normals, |n| n.dot(axis));
         let size = along[0].min(along[1]).min(along[2]);
         let least = size / longest.sqrt() - 2.0 * radius;
         // Also where something is no number.

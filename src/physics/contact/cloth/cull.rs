@@ -178,7 +178,7 @@ impl Look {
                 && top.y >= low.y
                 && next(k) != l
                 && next(l) != k
-                && nearest_over([k, l].map(|k| [corners[k], corners[next(k)]]), reference) <= margin
+                && nearest_over([[corners[k], corners[next(k)]], [corners[l], corners[next(l)]]], reference) <= margin
         };
         if n <= FEW {
             let meet = |k: usize, l: usize| boxes[k][0].x <= boxes[l][1].x && boxes[l][0].x <= boxes[k][1].x;
@@ -230,11 +230,12 @@ fn is_notched([last, here, next]: [Corner; 3], keep: bool) -> bool {
 /// path from it to the other one takes away.
 fn nearest_over(sides: [[Corner; 2]; 2], reference: &Reference) -> f64 {
     let apart = |t: usize| {
-        let [[p, q], [r, s]] = sides.map(|side| side.map(|corner| corner.at[t].extend(0.0)));
+        let place = |side: usize, end: usize| sides[side][end].at[t].extend(0.0);
+        let [p, q, r, s] = [place(0, 0), place(0, 1), place(1, 0), place(1, 1)];
         closest_on_segments(p, q, r, s).delta.length()
     };
-    let [[a, b], [c, d]] = sides.map(|side| side.map(|corner| reference.ahead(corner.node)));
-    let closing = closing(false, [a, b, c, d]);
+    let ahead = |side: usize, end: usize| reference.ahead(sides[side][end].node);
+    let closing = closing(false, [ahead(0, 0), ahead(0, 1), ahead(1, 0), ahead(1, 1)]);
     let radii: f64 = sides.iter().map(|[p, q]| p.radius.max(q.radius)).sum();
     0.5 * (apart(0) + apart(1) - closing) - radii
 }
@@ -242,14 +243,18 @@ fn nearest_over(sides: [[Corner; 2]; 2], reference: &Reference) -> f64 {
 impl Sheet {
     fn new(features: &Features, tree: &Tree, part: usize) -> Self {
         let faces = tree.order.iter().map(|&e| &features.elements[e as usize]);
-        let mut all: Vec<[u32; 2]> = Vec::new();
-        for face in faces.clone() {
-            let [a, b, c] = face.nodes;
-            all.extend([[a, b], [b, c], [c, a]]);
-        }
-        all.sort_unstable();
-        let oriented = all.windows(2).all(|w| w[0] != w[1]);
-        let usable = oriented && !tree.order.is_empty() && faces.clone().all(|face| face.is_face());
+        let mut seen = vec![0_u8; features.edges.len()];
+        // No edge is run along the same way by two faces.
+        let mut turns = |face: &Element| {
+            (0..3).all(|k| {
+                let way = 1 << u8::from(face.nodes[k] < face.nodes[(k + 1) % 3]);
+                let known = &mut seen[face.edges[k] as usize];
+                let again = *known & way != 0;
+                *known |= way;
+                !again
+            })
+        };
+        let usable = !tree.order.is_empty() && faces.clone().all(|face| face.is_face() && turns(face));
         let width = |f: &Element| Flat::new(f.nodes.map(|n| features.rest[n as usize])).width;
         let least = faces.clone().filter(|f| f.is_face()).map(width).fold(f64::INFINITY, f64::min);
         let bounds = Bounds::of(least, 2.0 * features.half_thickness[part]);

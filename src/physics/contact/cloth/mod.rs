@@ -7,6 +7,7 @@
 mod begin;
 mod candidates;
 mod cone;
+mod corners;
 mod cull;
 mod cut;
 mod edges;

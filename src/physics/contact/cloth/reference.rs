@@ -135,12 +135,25 @@ impl Reference {
         };
         match turned {
             Some(turned) => stale.extend((0..nodes).filter(|n| turned[*n] && left(*n)).map(|n| n as u32)),
-            None => stale.extend((0..nodes).filter(|n| left(*n)).map(|n| n as u32)),
+            None => self.watch_all(h, x, v, frame, stale),
         }
         match stale.len() {
             0 => Verdict::All,
             some if some <= x.len() / STALE => Verdict::Some,
             _ => Verdict::None,
+        }
+    }
+
+    /// All nodes that leave their course in a step.
+    fn watch_all(&self, h: f64, x: &[DVec3], v: &[DVec3], frame: &Frame, stale: &mut Vec<u32>) {
+        let places = self.position.iter().zip(&self.velocity).zip(self.since.iter().zip(&self.radius));
+        for (n, ((x, v), ((position, velocity), (since, radius)))) in x.iter().zip(v).zip(places).enumerate() {
+            let square = radius * radius;
+            let start = *x - frame.centre - (*position + (self.time - since) * *velocity);
+            let end = start + h * (*v - frame.drift - *velocity);
+            if !(start.length_squared() <= square && end.length_squared() <= square) {
+                stale.push(n as u32);
+            }
         }
     }
 

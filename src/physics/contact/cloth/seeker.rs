@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::candidates::Pair;
+use super::corners::{four, three};
 use super::features::{Element, Features};
 use super::narrow::closing;
 use super::reference::Reference;
@@ -54,7 +55,7 @@ fn stays_beyond(
     if apart <= room {
         return false;
     }
-    let end = [0, 1, 2, 3].map(|k| start[k] + ahead[k]);
+    let end = four([0, 1, 2, 3], |k: usize| start[k] + ahead[k]);
     0.5 * (apart + square(end).sqrt() - closing) > room
 }
 
@@ -89,7 +90,7 @@ impl<'a> Seen<'a> {
 
     /// The first element of pairs, and its mean motion, m.
     pub fn first(features: &'a Features, reference: &Reference, only: Option<&[bool]>, id: u32) -> (Self, DVec3) {
-        let [a, b, c] = features.elements[id as usize].nodes.map(|n| reference.ahead(n));
+        let [a, b, c] = three(features.elements[id as usize].nodes, |n| reference.ahead(n));
         let common = (a + b + c) / 3.0;
         (Self::new(features, reference, only, id, common), common)
     }
@@ -157,15 +158,17 @@ impl Seeker<'_> {
     }
 
     fn edges(&mut self, seen: [&Seen<'_>; 2], sides: [usize; 2]) {
-        let ends = [0, 1].map(|k| [sides[k], (sides[k] + 1) % 3]);
-        let [[a, b], [c, d]] = [0, 1].map(|k| ends[k].map(|end| seen[k].element.nodes[end]));
+        let ends = [[sides[0], (sides[0] + 1) % 3], [sides[1], (sides[1] + 1) % 3]];
+        let nodes = |k: usize| [seen[k].element.nodes[ends[k][0]], seen[k].element.nodes[ends[k][1]]];
+        let ([a, b], [c, d]) = (nodes(0), nodes(1));
         if a == c || a == d || b == c || b == d {
             return;
         }
         let reach = |k: usize| seen[k].reach[ends[k][0]].max(seen[k].reach[ends[k][1]]);
         let sum = seen[0].half_thickness + seen[1].half_thickness;
         let limit = sum + reach(0) + reach(1);
-        let [[p, q], [r, s]] = [0, 1].map(|k| ends[k].map(|end| seen[k].place[end]));
+        let places = |k: usize| [seen[k].place[ends[k][0]], seen[k].place[ends[k][1]]];
+        let ([p, q], [r, s]) = (places(0), places(1));
         let middles = 0.5 * ((p + q) - (r + s));
         let halves = 0.25 * ((q - p).length_squared() + (s - r).length_squared());
         // (p + q + r)² ≤ 3·(p² + q² + r²): no root is drawn.
@@ -176,7 +179,8 @@ impl Seeker<'_> {
         let square = distance([p, q, r, s]);
         if square <= limit * limit {
             let radius = |k: usize| seen[k].radius[ends[k][0]].max(seen[k].radius[ends[k][1]]);
-            let [[t, u], [v, w]] = [0, 1].map(|k| ends[k].map(|end| seen[k].ahead[end]));
+            let ways = |k: usize| [seen[k].ahead[ends[k][0]], seen[k].ahead[ends[k][1]]];
+            let ([t, u], [v, w]) = (ways(0), ways(1));
             let room = sum + radius(0) + radius(1);
             if stays_beyond(room, square.sqrt(), false, [p, q, r, s], [t, u, v, w], distance) {
                 return;
