@@ -119,7 +119,7 @@ impl Reference {
         x: &[DVec3],
         v: &[DVec3],
         frame: &Frame,
-        turned: Option<&[bool]>,
+        turned: Option<&[u32]>,
         stale: &mut Vec<u32>,
     ) -> Verdict {
         stale.clear();
@@ -134,7 +134,7 @@ impl Reference {
             !(start.length_squared() <= square && end.length_squared() <= square)
         };
         match turned {
-            Some(turned) => stale.extend((0..nodes).filter(|n| turned[*n] && left(*n)).map(|n| n as u32)),
+            Some(turned) => stale.extend(turned.iter().filter(|n| left(**n as usize))),
             None => self.watch_all(h, x, v, frame, stale),
         }
         match stale.len() {

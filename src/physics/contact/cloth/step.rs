@@ -131,7 +131,7 @@ impl ClothContact {
         let lands = |n: usize, radius: f64, span: f64| ground.course(n, net.position[n], v[n], radius, span);
         let mut stale = std::mem::take(&mut candidates.stale);
         let frame = &candidates.frame;
-        let verdict = candidates.reference.watch(net.h, net.position, v, frame, turned.nodes(), &mut stale);
+        let verdict = candidates.reference.watch(net.h, net.position, v, frame, turned.changed(), &mut stale);
         candidates.stale = stale;
         let first_new = match verdict {
             Verdict::All => candidates.pairs.len(),
@@ -417,8 +417,8 @@ impl ClothContact {
 
     /// Notes what has another velocity than when the step was looked at last.
     fn note_turned(&mut self, velocity: &[DVec3]) {
-        let Self { turned, bodies, .. } = self;
-        turned.note(velocity, bodies);
+        let Self { turned, bodies, before, .. } = self;
+        turned.note(velocity, before, bodies);
     }
 
     /// Drops hits that only end a little too near and whose row would do nothing, and all such after a few rounds: what is left

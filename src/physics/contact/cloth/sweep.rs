@@ -29,6 +29,8 @@ pub(super) struct Turned {
     motion: Vec<[DVec3; 2]>,
     nodes: Vec<bool>,
     bodies: Vec<bool>,
+    /// Nodes whose velocity is another than at the last look; at the first one, than the step began with.
+    changed: Vec<u32>,
 }
 
 impl Turned {
@@ -38,22 +40,34 @@ impl Turned {
         self.motion.clear();
     }
 
-    /// Which nodes have turned; None before the first look, when all may have.
-    pub fn nodes(&self) -> Option<&[bool]> {
-        (!self.velocity.is_empty()).then_some(&self.nodes)
+    /// Which nodes got another velocity since the courses were looked at last; None before the first look, when all may have.
+    pub fn changed(&self) -> Option<&[u32]> {
+        (!self.velocity.is_empty()).then_some(&self.changed)
     }
 
-    pub fn note(&mut self, velocity: &[DVec3], bodies: &[Rigid]) {
+    /// Notes the velocities of a look; those of `before` (m/s) are what the step began with.
+    pub fn note(&mut self, velocity: &[DVec3], before: &[DVec3], bodies: &[Rigid]) {
         let motion = |b: &Rigid| [b.velocity, b.spin];
+        self.changed.clear();
         if self.velocity.len() == velocity.len() && self.motion.len() == bodies.len() {
-            let nodes = self.nodes.iter_mut().zip(self.velocity.iter_mut().zip(velocity));
-            nodes.for_each(|(turned, (last, now))| *turned = std::mem::replace(last, *now) != *now);
+            for (n, now) in velocity.iter().enumerate() {
+                self.nodes[n] = self.velocity[n] != *now;
+                if self.nodes[n] {
+                    self.velocity[n] = *now;
+                    self.changed.push(n as u32);
+                }
+            }
             let moves = self.bodies.iter_mut().zip(self.motion.iter_mut().zip(bodies));
             moves.for_each(|(turned, (last, now))| *turned = std::mem::replace(last, motion(now)) != motion(now));
             return;
         }
         self.forget();
         self.velocity.extend_from_slice(velocity);
+        for (n, (now, before)) in velocity.iter().zip(before).enumerate() {
+            if now != before {
+                self.changed.push(n as u32);
+            }
+        }
         self.motion.extend(bodies.iter().map(motion));
         for (flags, count) in [(&mut self.nodes, velocity.len()), (&mut self.bodies, bodies.len())] {
             flags.clear();
