@@ -5,6 +5,8 @@ use std::ops::Range;
 
 use glam::DVec3;
 
+use super::outline::{APART, Outlines};
+
 /// Elements in a leaf.
 const LEAF: usize = 4;
 
@@ -168,8 +170,13 @@ impl Tree {
     }
 
     pub fn elements(&self, b: u32) -> &[u32] {
+        &self.order[self.places(b)]
+    }
+
+    /// Where its elements stand in the order.
+    pub fn places(&self, b: u32) -> Range<usize> {
         let range = &self.branches[b as usize].range;
-        &self.order[range.start as usize..range.end as usize]
+        range.start as usize..range.end as usize
     }
 
     /// Boxes anew from those of the elements, children before parents.
@@ -220,24 +227,42 @@ impl Tree {
         }
     }
 
+    /// Pairs of branches below two, and how many there are.
+    pub fn below(&self, a: u32, b: u32) -> ([[u32; 2]; 4], usize) {
+        match (self.is_leaf(a), self.is_leaf(b)) {
+            (true, true) => ([[a, b]; 4], 0),
+            (false, true) => {
+                let [l, r] = self.children(a);
+                ([[l, b], [r, b], [a, b], [a, b]], 2)
+            }
+            (true, false) => {
+                let [l, r] = self.children(b);
+                ([[a, l], [a, r], [a, b], [a, b]], 2)
+            }
+            (false, false) => {
+                let ([l, r], [m, n]) = (self.children(a), self.children(b));
+                ([[l, m], [l, n], [r, m], [r, n]], 4)
+            }
+        }
+    }
+
     /// Pairs of leaves of this tree whose boxes meet, each once, a leaf with itself too. `clear` tells of a branch, or of two
-    /// branches that touch, that nothing in it can meet. Of marked branches only where asked.
+    /// branches and their joint, that nothing in them can meet. Of marked branches only where asked.
     pub fn self_pairs(
         &self,
-        stack: &mut Vec<[u32; 2]>,
+        stack: &mut Vec<[u32; 3]>,
         marked: bool,
-        mut clear: impl FnMut(u32, u32) -> bool,
+        outlines: &Outlines,
+        mut clear: impl FnMut(u32, u32, u32) -> bool,
         mut found: impl FnMut(u32, u32),
     ) {
         stack.clear();
-        if !self.branches.is_empty() {
-            stack.push([0, 0]);
+        let left_out = |a: u32, b: u32| marked && !self.marks[a as usize] && !self.marks[b as usize];
+        if !self.branches.is_empty() && !left_out(0, 0) {
+            stack.push([0, 0, APART]);
         }
-        while let Some([a, b]) = stack.pop() {
-            if marked && !self.marks[a as usize] && !self.marks[b as usize] {
-                continue;
-            }
-            if a != b && !self.boxes[a as usize].meets(&self.boxes[b as usize]) || clear(a, b) {
+        while let Some([a, b, joint]) = stack.pop() {
+            if a != b && !self.boxes[a as usize].meets(&self.boxes[b as usize]) || clear(a, b, joint) {
                 continue;
             }
             if a == b {
@@ -245,18 +270,18 @@ impl Tree {
                     found(a, a);
                 } else {
                     let [l, r] = self.children(a);
-                    stack.extend([[l, l], [r, r], [l, r]]);
+                    let below = [[l, l, APART], [r, r, APART], [l, r, outlines.between(a)]];
+                    stack.extend(below.into_iter().filter(|p| !left_out(p[0], p[1])));
                 }
                 continue;
             }
-            match (self.is_leaf(a), self.is_leaf(b)) {
-                (true, true) => found(a, b),
-                (false, true) => stack.extend(self.children(a).map(|c| [c, b])),
-                (true, false) => stack.extend(self.children(b).map(|c| [a, c])),
-                (false, false) => {
-                    for c in self.children(a) {
-                        stack.extend(self.children(b).map(|d| [c, d]));
-                    }
+            let (pairs, count) = self.below(a, b);
+            if count == 0 {
+                found(a, b);
+            }
+            for (k, &[c, d]) in pairs[..count].iter().enumerate() {
+                if !left_out(c, d) {
+                    stack.push([c, d, outlines.below(joint, k)]);
                 }
             }
         }

@@ -94,7 +94,7 @@ impl ClothContact {
         }
         let still = vec![DVec3::ZERO; position.len()];
         self.candidates.begin(position, &still);
-        self.candidates.refer(0.0, position, &still, self.settings.skin);
+        self.candidates.refer(0.0, position, &still, self.settings.skin, |_, _, _| [DVec3::ZERO; 2]);
         self.candidates.seek(&self.features, &self.laws, false);
         let found = self
             .deepest_in_body(position, bodies, &held)

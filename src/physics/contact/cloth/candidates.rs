@@ -84,9 +84,16 @@ impl Candidates {
     }
 
     /// Gives all nodes new courses, on which the lists are to be made.
-    pub fn refer(&mut self, h: f64, x: &[DVec3], v: &[DVec3], skin: f64) {
+    pub fn refer(
+        &mut self,
+        h: f64,
+        x: &[DVec3],
+        v: &[DVec3],
+        skin: f64,
+        landing: impl Fn(usize, f64, f64) -> [DVec3; 2],
+    ) {
         let room = Room { width: &self.width, skin };
-        self.reference.refer(h, x, v, &self.frame, &room, [self.pairs.len(), self.boxes.len()]);
+        self.reference.refer(h, x, v, &self.frame, &room, [self.pairs.len(), self.boxes.len()], landing);
     }
 
     /// Makes the lists for the courses as they are.
@@ -119,9 +126,10 @@ impl Candidates {
         laws: &Laws,
         distances: &mut Vec<f64>,
         parallel: bool,
+        landing: impl Fn(usize, f64, f64) -> [DVec3; 2],
     ) -> usize {
         let room = Room { width: &self.width, skin };
-        self.reference.renew(h, x, v, &self.frame, &room, &self.stale);
+        self.reference.renew(h, x, v, &self.frame, &room, &self.stale, landing);
         self.stale.iter().for_each(|n| self.is_stale[*n as usize] = true);
         self.forget_pairs(distances);
         let stayed = self.pairs.len();
@@ -174,8 +182,7 @@ impl Candidates {
                 let found = |a: u32, b: u32| leaves.push(LeafPair { parts, leaves: [a, b], rule });
                 let tree = &trees[p as usize];
                 if p == q {
-                    contours.watch(features, tree, p, reference, marked);
-                    tree.self_pairs(stack, marked, |a, b| contours.clear(features, p, [a, b], reference), found);
+                    contours.uncleared(features, tree, p, reference, marked, found);
                 } else {
                     tree.pairs(&trees[q as usize], stack, marked, found);
                 }

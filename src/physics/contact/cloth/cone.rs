@@ -6,6 +6,7 @@
 
 use glam::DVec3;
 
+use super::corners::three;
 use super::reference::Reference;
 
 /// What is asked of a stretch of cloth that cannot touch itself.
@@ -45,9 +46,16 @@ pub(super) struct Cone {
     pub angle: f64,
 }
 
-/// An arc over a chord c ≤ 1 is no longer than c + c³/20.
-fn arc(chord: f64) -> f64 {
-    if chord <= 1.0 { chord + 0.05 * chord * chord * chord } else { f64::INFINITY }
+/// The angle between two unit vectors whose ends are a chord c ≤ 1 apart is 2·asin(c/2) ≤ 2·(x + 0.19·x³) with x = c/2.
+fn angle_over(chord: f64) -> f64 {
+    let x = 0.5 * chord;
+    if chord <= 1.0 { 2.0 * (x + 0.19 * x * x * x) } else { f64::INFINITY }
+}
+
+/// An angle is no more than t − t³/3 + t⁵/5 of its tangent t, for 1 ≤ (1 + t²)(1 − t² + t⁴).
+fn angle_of(tangent: f64) -> f64 {
+    let square = tangent * tangent;
+    tangent * (1.0 - square * (1.0 / 3.0 - 0.2 * square))
 }
 
 impl Cone {
@@ -59,53 +67,68 @@ impl Cone {
         if !(self.angle <= lean && other.angle <= lean) {
             return Self::NONE;
         }
-        let angle = |axis: DVec3, to: Self| arc((axis - to.axis).length()) + to.angle;
-        let axis = (self.axis + other.axis).normalize_or(self.axis);
-        Self { axis, angle: angle(axis, self).max(angle(axis, other)) }
+        let across = self.axis - other.axis;
+        let chord = across.length();
+        let between = angle_over(chord);
+        if between + other.angle <= self.angle {
+            return self;
+        }
+        if between + self.angle <= other.angle {
+            return other;
+        }
+        // The narrowest cone leans to the wider one, by half of what that is wider.
+        let lean = if chord > 0.0 { 0.5 * (self.angle - other.angle) / chord } else { 0.0 };
+        let axis = (0.5 * (self.axis + other.axis) + lean * across).normalize_or(self.axis);
+        let angle = |of: &Self| angle_over((axis - of.axis).length()) + of.angle;
+        Self { axis, angle: angle(&self).max(angle(&other)) }
     }
 
     /// The normals of a face from now to the horizon. Moves of at most r change a plane's slope and a stretch by at most 2r over
     /// the face's least width.
     pub fn of_face(nodes: &[u32; 3], flat: &Flat, reference: &Reference, bounds: &Bounds) -> Self {
-        let [a, b, c] = nodes.map(|n| reference.place(n));
-        let ahead = nodes.map(|n| reference.ahead(n));
+        let [a, b, c] = three(*nodes, |n| reference.place(n));
+        let ahead = three(*nodes, |n| reference.ahead(n));
         let radius = nodes.iter().map(|n| reference.radius[*n as usize]).fold(0.0, f64::max);
         let (p, q) = (b - a, c - a);
         let (dp, dq) = (ahead[1] - ahead[0], ahead[2] - ahead[0]);
         // The move of one corner as another sees it is at most twice what it is as their mean sees it.
-        let own = dp.length_squared().max(dq.length_squared()).sqrt();
-        if own <= STEADY * radius {
-            return Self::of_controls(&[p.cross(q)], &[metric(p, q, p, q)], longest(p, q), radius + own, flat, bounds);
+        let own = dp.length_squared().max(dq.length_squared());
+        if own <= STEADY * STEADY * radius * radius {
+            let own = own.sqrt();
+            let normal = p.cross(q);
+            return Self::of_controls([normal; 3], [metric(p, q, p, q); 3], longest(p, q), radius + own, flat, bounds);
         }
         let (r, s) = (p + dp, q + dq);
         let normals = [p.cross(q), 0.5 * (p.cross(s) + r.cross(q)), r.cross(s)];
         let metrics = [metric(p, q, p, q), metric(p, q, r, s), metric(r, s, r, s)];
-        Self::of_controls(&normals, &metrics, longest(p, q).max(longest(r, s)), radius, flat, bounds)
+        Self::of_controls(normals, metrics, longest(p, q).max(longest(r, s)), radius, flat, bounds)
     }
 
+    /// `longest` is the square of the longest side, m².
     fn of_controls(
-        normals: &[DVec3],
-        metrics: &[[f64; 3]],
+        normals: [DVec3; 3],
+        metrics: [[f64; 3]; 3],
         longest: f64,
         radius: f64,
         flat: &Flat,
         bounds: &Bounds,
     ) -> Self {
-        let first = normals[0].normalize_or_zero();
-        let last = normals[normals.len() - 1].normalize_or_zero();
-        let axis = if normals.len() == 1 { first } else { (first + last).normalize_or_zero() };
-        let size = normals.iter().map(|n| n.dot(axis)).fold(f64::INFINITY, f64::min);
-        let least = size / longest - 2.0 * radius;
         let squeezed = bounds.squeezed + 2.0 * radius / flat.width;
-        if !(least > 0.0 && metrics.iter().all(|m| flat.keeps(*m, squeezed))) {
+        if !metrics.iter().all(|m| flat.keeps(*m, squeezed)) {
             return Self::NONE;
         }
-        let leans = if normals.len() == 1 {
-            0.0
-        } else {
-            normals.iter().map(|n| arc((*n / n.length() - axis).length())).fold(0.0, f64::max)
-        };
-        Self { axis, angle: leans + 2.0 * radius / least }
+        let axis = (normals[0] + 2.0 * normals[1] + normals[2]).normalize_or_zero();
+        let along = three(normals, |n| n.dot(axis));
+        let size = along[0].min(along[1]).min(along[2]);
+        let least = size / longest.sqrt() - 2.0 * radius;
+        // Also where something is no number.
+        if !(least > 0.0) {
+            return Self::NONE;
+        }
+        // Squares of the tangents of their angles with the axis.
+        let lean = |k: usize| (normals[k].length_squared() / (along[k] * along[k]) - 1.0).max(0.0);
+        let lean = lean(0).max(lean(1)).max(lean(2)).sqrt();
+        Self { axis, angle: angle_of(lean) + 2.0 * radius / least }
     }
 }
 
@@ -117,9 +140,9 @@ fn metric(p: DVec3, q: DVec3, r: DVec3, s: DVec3) -> [f64; 3] {
     [p.dot(r), 0.5 * (p.dot(s) + r.dot(q)), q.dot(s)]
 }
 
-/// Of the sides of a triangle, m.
+/// Square of the longest side of a triangle, m².
 fn longest(p: DVec3, q: DVec3) -> f64 {
-    p.length_squared().max(q.length_squared()).max((q - p).length_squared()).sqrt()
+    p.length_squared().max(q.length_squared()).max((q - p).length_squared())
 }
 
 /// A face in the material.
@@ -137,7 +160,11 @@ impl Flat {
         let (p, q) = (b - a, c - a);
         let [pp, pq, qq] = metric(p, q, p, q);
         let inverse = 1.0 / (pp * qq - pq * pq);
-        Self { width: p.cross(q).length() / longest(p, q), metric: [pp * inverse, pq * inverse, qq * inverse], inverse }
+        Self {
+            width: p.cross(q).length() / longest(p, q).sqrt(),
+            metric: [pp * inverse, pq * inverse, qq * inverse],
+            inverse,
+        }
     }
 
     /// Whether the metric `[a, b, c]` (m²) of the sides squeezes nothing below `least`: both roots of the characteristic

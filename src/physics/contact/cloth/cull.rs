@@ -9,6 +9,7 @@ use glam::{DVec2, DVec3};
 use super::cone::{Bounds, Cone, Flat};
 use super::features::{Element, Features};
 use super::narrow::closing;
+use super::outline::Outlines;
 use super::reference::Reference;
 use crate::geometry::segments::closest_on_segments;
 use crate::physics::contact::tree::Tree;
@@ -19,55 +20,85 @@ const NOTCH: f64 = 0.17;
 /// By how much both sides of a notch may turn together where nodes leave their courses, rad, where that is asked for.
 const TURN: f64 = 0.5;
 
-/// Outlines of one part's branches, and their cones at the reference.
+/// One part's outlines, and the cones of its branches at the reference.
 struct Sheet {
     usable: bool,
     bounds: Bounds,
-    /// Directed sides without a twin in the branch, from `first[b]` on for branch `b`.
-    sides: Vec<[u32; 2]>,
-    first: Vec<u32>,
-    count: Vec<u32>,
+    outlines: Outlines,
     cones: Vec<Cone>,
+    /// Its elements in the order of the tree.
+    faces: Vec<Face>,
+}
+
+/// An element that is a face.
+struct Face {
+    nodes: [u32; 3],
+    flat: Flat,
 }
 
 /// Outlines of all parts.
 #[derive(Default)]
 pub(super) struct Contours {
-    /// Branches, and pairs of branches, found clear since the start.
-    pub cleared: usize,
     sheets: Vec<Sheet>,
-    /// Of each element.
-    flats: Vec<Flat>,
-    union: Vec<[u32; 2]>,
-    walk: Vec<[u32; 2]>,
-    corners: Vec<Corner>,
-    order: Vec<(f64, u32)>,
+    look: Look,
 }
+
+/// Room to look at outlines in.
+#[derive(Default)]
+struct Look {
+    /// Branches, and pairs of branches, found clear since the start.
+    cleared: usize,
+    corners: Vec<Corner>,
+    /// Around each side.
+    boxes: Vec<[DVec2; 2]>,
+    order: Vec<(f64, u32)>,
+    stack: Vec<[u32; 3]>,
+}
+
+/// Outlines of at most so many sides are looked at side by side, without an order.
+const FEW: usize = 24;
 
 impl Contours {
     pub fn new(features: &Features, trees: &[Tree]) -> Self {
         Self {
             sheets: trees.iter().enumerate().map(|(p, tree)| Sheet::new(features, tree, p)).collect(),
-            flats: features.elements.iter().map(|e| Flat::new(e.nodes.map(|n| features.rest[n as usize]))).collect(),
-            ..Self::default()
+            look: Look::default(),
         }
     }
 
+    /// Calls `found` for all pairs of leaves of a part that may touch on the courses as they are; of marked branches only where
+    /// asked.
+    pub fn uncleared(
+        &mut self,
+        features: &Features,
+        tree: &Tree,
+        part: u32,
+        reference: &Reference,
+        marked: bool,
+        found: impl FnMut(u32, u32),
+    ) {
+        self.watch(tree, part, reference, marked);
+        let Self { sheets, look, .. } = self;
+        let sheet = &sheets[part as usize];
+        let margin = 2.0 * features.half_thickness[part as usize];
+        let mut stack = std::mem::take(&mut look.stack);
+        let clear = |a: u32, b: u32, joint: u32| look.clear(sheet, [a, b], joint, margin, reference);
+        tree.self_pairs(&mut stack, marked, &sheet.outlines, clear, found);
+        look.stack = stack;
+    }
+
     /// Takes the cones of a part for the courses as they are; of marked branches only where asked.
-    pub fn watch(&mut self, features: &Features, tree: &Tree, part: u32, reference: &Reference, marked: bool) {
-        let Self { sheets, flats, .. } = self;
-        let sheet = &mut sheets[part as usize];
+    fn watch(&mut self, tree: &Tree, part: u32, reference: &Reference, marked: bool) {
+        let sheet = &mut self.sheets[part as usize];
         if !sheet.usable {
             return;
         }
-        let Sheet { cones, bounds, .. } = sheet;
+        let Sheet { cones, bounds, faces, .. } = sheet;
         let both = |p: Cone, q: Cone| p.with(q, bounds.lean);
         let mut one = |b: u32| {
             cones[b as usize] = if tree.is_leaf(b) {
-                let of_face = |&e: &u32| {
-                    Cone::of_face(&features.elements[e as usize].nodes, &flats[e as usize], reference, bounds)
-                };
-                tree.elements(b).iter().map(of_face).reduce(both).unwrap_or(Cone::NONE)
+                let of_face = |face: &Face| Cone::of_face(&face.nodes, &face.flat, reference, bounds);
+                faces[tree.places(b)].iter().map(of_face).reduce(both).unwrap_or(Cone::NONE)
             } else {
                 let [l, r] = tree.children(b);
                 both(cones[l as usize], cones[r as usize])
@@ -79,11 +110,16 @@ impl Contours {
             (0..tree.branches.len() as u32).rev().for_each(one);
         }
     }
+}
 
+impl Look {
     /// Whether nothing within one branch, or within two neighbours together, can touch.
-    pub fn clear(&mut self, features: &Features, part: u32, [a, b]: [u32; 2], reference: &Reference) -> bool {
-        let sheet = &self.sheets[part as usize];
+    fn clear(&mut self, sheet: &Sheet, [a, b]: [u32; 2], joint: u32, margin: f64, reference: &Reference) -> bool {
         if !sheet.usable {
+            return false;
+        }
+        let outline = if a == b { sheet.outlines.of_branch(a) } else { sheet.outlines.of_joint(joint) };
+        if outline.is_empty() {
             return false;
         }
         let Bounds { lean, notches, .. } = sheet.bounds;
@@ -92,79 +128,70 @@ impl Contours {
         if cone.angle.is_nan() || cone.angle > lean {
             return false;
         }
-        self.union.clear();
-        self.union.extend_from_slice(sheet.outline(a));
-        if a != b {
-            self.union.extend_from_slice(sheet.outline(b));
-            let all = self.union.len();
-            without_twins(&mut self.union);
-            if self.union.len() == all {
-                // They share no side: two outlines, of which this says nothing.
-                return false;
-            }
-        }
-        let simple = self.is_simple(cone.axis, 2.0 * features.half_thickness[part as usize], notches, reference);
+        let simple = self.is_simple(outline, cone.axis, margin, notches, reference);
         self.cleared += usize::from(simple);
         simple
     }
 
-    /// Whether the outline is one loop that, seen along `axis`, keeps clear of itself by `margin` (m) to the horizon. Where
-    /// `notches` is set they stay wide, too, wherever the nodes go.
-    fn is_simple(&mut self, axis: DVec3, margin: f64, notches: bool, reference: &Reference) -> bool {
-        let Self { union, walk, corners, order, .. } = self;
-        if !into_loop(union, walk) {
-            return false;
-        }
-        let e = axis.any_orthonormal_vector();
-        let f = axis.cross(e);
+    /// Whether the outline, seen along `axis`, keeps clear of itself by `margin` (m) to the horizon. Where `notches` is set they
+    /// stay wide, too, wherever the nodes go.
+    fn is_simple(&mut self, outline: &[u32], axis: DVec3, margin: f64, notches: bool, reference: &Reference) -> bool {
+        let Self { corners, boxes, order, .. } = self;
+        let (e, f) = axis.any_orthonormal_pair();
         let flat = |x: DVec3| DVec2::new(x.dot(e), x.dot(f));
         // Seen from the outline's first corner: what all share moves nothing.
-        let common = reference.ahead(union[0][0]);
+        let common = reference.ahead(outline[0]);
         corners.clear();
-        corners.extend(union.iter().map(|side| {
-            let now = flat(reference.place(side[0]));
-            let radius = reference.radius[side[0] as usize];
-            Corner { at: [now, now + flat(reference.ahead(side[0]) - common)], radius }
+        corners.extend(outline.iter().map(|&node| {
+            let now = flat(reference.place(node));
+            let then = now + flat(reference.ahead(node) - common);
+            Corner { node, at: [now, then], radius: reference.radius[node as usize] }
         }));
         let n = corners.len();
+        let next = |k: usize| if k + 1 < n { k + 1 } else { 0 };
         // Seen against the axis an outline runs anticlockwise, or it is none.
         let area = |t: usize| -> f64 {
-            let x = |k: usize| corners[k % n].at[t] - corners[0].at[t];
-            (0..n).map(|k| x(k).perp_dot(x(k + 1))).sum()
+            let x = |k: usize| corners[k].at[t] - corners[0].at[t];
+            (0..n).map(|k| x(k).perp_dot(x(next(k)))).sum()
         };
         if area(0) <= 0.0 || area(1) <= 0.0 {
             return false;
         }
-        if (0..n).any(|k| is_notched([corners[(k + n - 1) % n], corners[k], corners[(k + 1) % n]], notches)) {
-            return false;
+        let mut last = corners[n - 1];
+        for k in 0..n {
+            if is_notched([last, corners[k], corners[next(k)]], notches) {
+                return false;
+            }
+            last = corners[k];
         }
-        let ends = |k: u32| [corners[k as usize], corners[(k as usize + 1) % n]];
-        let around = |k: u32| {
-            let [p, q] = ends(k);
+        boxes.clear();
+        boxes.extend((0..n).map(|k| {
+            let (p, q) = (&corners[k], &corners[next(k)]);
             let room = p.radius.max(q.radius) + 0.5 * margin;
             let low = p.at[0].min(p.at[1]).min(q.at[0].min(q.at[1])) - room;
-            (low, p.at[0].max(p.at[1]).max(q.at[0].max(q.at[1])) + room)
+            [low, p.at[0].max(p.at[1]).max(q.at[0].max(q.at[1])) + room]
+        }));
+        // Sides that have a corner in common are left out.
+        let near = |k: usize, l: usize| {
+            let ([low, high], [bottom, top]) = (boxes[k], boxes[l]);
+            bottom.y <= high.y
+                && top.y >= low.y
+                && next(k) != l
+                && next(l) != k
+                && nearest_over([[corners[k], corners[next(k)]], [corners[l], corners[next(l)]]], reference) <= margin
         };
+        if n <= FEW {
+            let meet = |k: usize, l: usize| boxes[k][0].x <= boxes[l][1].x && boxes[l][0].x <= boxes[k][1].x;
+            return !(0..n).any(|k| (k + 1..n).any(|l| meet(k, l) && near(k, l)));
+        }
         order.clear();
-        order.extend((0..n as u32).map(|k| (around(k).0.x, k)));
+        order.extend(boxes.iter().enumerate().map(|(k, around)| (around[0].x, k as u32)));
         order.sort_unstable_by(|p, q| p.0.total_cmp(&q.0).then(p.1.cmp(&q.1)));
         for (i, &(_, k)) in order.iter().enumerate() {
-            let (low, high) = around(k);
-            for &(left, l) in &order[i + 1..] {
-                if left > high.x {
-                    break;
-                }
-                let apart = (k as usize + n - l as usize) % n;
-                if apart <= 1 || apart == n - 1 {
-                    continue;
-                }
-                let (bottom, top) = around(l);
-                if bottom.y > high.y || top.y < low.y {
-                    continue;
-                }
-                if nearest_over([ends(k), ends(l)], reference, union, [k, l]) <= margin {
-                    return false;
-                }
+            let right = boxes[k as usize][1].x;
+            let beside = order[i + 1..].iter().take_while(|(left, _)| *left <= right);
+            if beside.into_iter().any(|&(_, l)| near(k as usize, l as usize)) {
+                return false;
             }
         }
         true
@@ -174,6 +201,7 @@ impl Contours {
 /// A corner of an outline, seen along its axis.
 #[derive(Clone, Copy, Debug)]
 struct Corner {
+    node: u32,
     /// Now and at the horizon, m; the corner goes straight between them.
     at: [DVec2; 2],
     /// How far it may be from there, m.
@@ -200,13 +228,14 @@ fn is_notched([last, here, next]: [Corner; 3], keep: bool) -> bool {
 
 /// What two sides of an outline may be apart from now to the horizon, or less: neither end of that time tells more than the
 /// path from it to the other one takes away.
-fn nearest_over(sides: [[Corner; 2]; 2], reference: &Reference, outline: &[[u32; 2]], at: [u32; 2]) -> f64 {
+fn nearest_over(sides: [[Corner; 2]; 2], reference: &Reference) -> f64 {
     let apart = |t: usize| {
-        let [[p, q], [r, s]] = sides.map(|side| side.map(|corner| corner.at[t].extend(0.0)));
+        let place = |side: usize, end: usize| sides[side][end].at[t].extend(0.0);
+        let [p, q, r, s] = [place(0, 0), place(0, 1), place(1, 0), place(1, 1)];
         closest_on_segments(p, q, r, s).delta.length()
     };
-    let [[a, b], [c, d]] = at.map(|k| outline[k as usize]);
-    let closing = closing(false, [a, b, c, d].map(|n| reference.ahead(n)));
+    let ahead = |side: usize, end: usize| reference.ahead(sides[side][end].node);
+    let closing = closing(false, [ahead(0, 0), ahead(0, 1), ahead(1, 0), ahead(1, 1)]);
     let radii: f64 = sides.iter().map(|[p, q]| p.radius.max(q.radius)).sum();
     0.5 * (apart(0) + apart(1) - closing) - radii
 }
@@ -214,94 +243,29 @@ fn nearest_over(sides: [[Corner; 2]; 2], reference: &Reference, outline: &[[u32;
 impl Sheet {
     fn new(features: &Features, tree: &Tree, part: usize) -> Self {
         let faces = tree.order.iter().map(|&e| &features.elements[e as usize]);
-        let mut all: Vec<[u32; 2]> = Vec::new();
-        for face in faces.clone() {
-            let [a, b, c] = face.nodes;
-            all.extend([[a, b], [b, c], [c, a]]);
-        }
-        all.sort_unstable();
-        let oriented = all.windows(2).all(|w| w[0] != w[1]);
-        let usable = oriented && !tree.order.is_empty() && faces.clone().all(|face| face.is_face());
+        let mut seen = vec![0_u8; features.edges.len()];
+        // No edge is run along the same way by two faces.
+        let mut turns = |face: &Element| {
+            (0..3).all(|k| {
+                let way = 1 << u8::from(face.nodes[k] < face.nodes[(k + 1) % 3]);
+                let known = &mut seen[face.edges[k] as usize];
+                let again = *known & way != 0;
+                *known |= way;
+                !again
+            })
+        };
+        let usable = !tree.order.is_empty() && faces.clone().all(|face| face.is_face() && turns(face));
         let width = |f: &Element| Flat::new(f.nodes.map(|n| features.rest[n as usize])).width;
         let least = faces.clone().filter(|f| f.is_face()).map(width).fold(f64::INFINITY, f64::min);
         let bounds = Bounds::of(least, 2.0 * features.half_thickness[part]);
-        let (sides, first, count, cones) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        let mut sheet = Self { usable, bounds, sides, first, count, cones };
-        if !usable {
-            return sheet;
-        }
-        let branches = tree.branches.len();
-        sheet.cones = vec![Cone::NONE; branches];
-        (sheet.first, sheet.count) = (vec![0; branches], vec![0; branches]);
-        let mut sides: Vec<[u32; 2]> = Vec::new();
-        for b in (0..branches as u32).rev() {
-            sides.clear();
-            if tree.is_leaf(b) {
-                for &e in tree.elements(b) {
-                    let [p, q, r] = features.elements[e as usize].nodes;
-                    sides.extend([[p, q], [q, r], [r, p]]);
-                }
-            } else {
-                tree.children(b).into_iter().for_each(|c| sides.extend_from_slice(sheet.outline(c)));
-            }
-            without_twins(&mut sides);
-            sheet.first[b as usize] = sheet.sides.len() as u32;
-            sheet.count[b as usize] = sides.len() as u32;
-            sheet.sides.extend_from_slice(&sides);
-        }
-        sheet
+        let branches = if usable { tree.branches.len() } else { 0 };
+        let outlines = if usable { Outlines::new(features, tree) } else { Outlines::default() };
+        let own = tree.order.iter().filter(|_| usable).map(|&e| {
+            let nodes = features.elements[e as usize].nodes;
+            Face { nodes, flat: Flat::new(nodes.map(|n| features.rest[n as usize])) }
+        });
+        Self { usable, bounds, outlines, cones: vec![Cone::NONE; branches], faces: own.collect() }
     }
-
-    fn outline(&self, b: u32) -> &[[u32; 2]] {
-        let first = self.first[b as usize] as usize;
-        &self.sides[first..first + self.count[b as usize] as usize]
-    }
-}
-
-/// Takes out sides that run both ways.
-fn without_twins(sides: &mut Vec<[u32; 2]>) {
-    let edge = |s: &[u32; 2]| [s[0].min(s[1]), s[0].max(s[1])];
-    sides.sort_unstable_by_key(|s| (edge(s), s[0]));
-    let mut kept = 0;
-    let mut k = 0;
-    while k < sides.len() {
-        if k + 1 < sides.len() && edge(&sides[k]) == edge(&sides[k + 1]) {
-            k += 2;
-        } else {
-            sides[kept] = sides[k];
-            kept += 1;
-            k += 1;
-        }
-    }
-    sides.truncate(kept);
-}
-
-/// Puts sides one after the other; false where they are not one loop.
-fn into_loop(sides: &mut [[u32; 2]], walk: &mut Vec<[u32; 2]>) -> bool {
-    sides.sort_unstable();
-    if sides.len() < 3 || sides.windows(2).any(|w| w[0][0] == w[1][0]) {
-        return false;
-    }
-    let start = sides[0][0];
-    let next = |from: u32| sides.binary_search_by_key(&from, |s| s[0]).ok().map(|k| sides[k][1]);
-    walk.clear();
-    let mut at = start;
-    loop {
-        let Some(to) = next(at) else { return false };
-        walk.push([at, to]);
-        at = to;
-        if at == start {
-            break;
-        }
-        if walk.len() >= sides.len() {
-            return false;
-        }
-    }
-    let whole = walk.len() == sides.len();
-    if whole {
-        sides.copy_from_slice(walk);
-    }
-    whole
 }
 
 #[cfg(test)]

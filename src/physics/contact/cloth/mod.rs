@@ -7,13 +7,16 @@
 mod begin;
 mod candidates;
 mod cone;
+mod corners;
 mod cull;
 mod cut;
 mod edges;
 mod features;
+mod landing;
 mod law;
 mod narrow;
 mod nearby;
+mod outline;
 mod pairs;
 mod reference;
 mod response;
@@ -93,6 +96,8 @@ pub struct ClothContact {
     berth_centres: Vec<DVec3>,
     found: Vec<Found>,
     solids: Vec<crate::geometry::Solid>,
+    /// Of each node.
+    part_of: Vec<u32>,
     /// Room for a place of each node in a list.
     place_of: Vec<u32>,
     rows: Vec<Row>,
@@ -151,6 +156,7 @@ impl ClothContact {
             berth_centres: Vec::new(),
             found: Vec::new(),
             solids: bodies.solids.clone(),
+            part_of: landing::parts(&features),
             place_of: vec![0; features.nodes],
             rows: Vec::new(),
             unsorted: Vec::new(),

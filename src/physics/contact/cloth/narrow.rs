@@ -5,6 +5,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::candidates::Pair;
+use super::corners::four;
 use super::features::Features;
 use super::rows::{Key, Row};
 use crate::geometry::impact::closest_on_triangle;
@@ -36,7 +37,7 @@ pub(super) fn nearest(is_face: bool, x: [DVec3; 4]) -> Nearest {
 #[inline]
 pub(super) fn closing(is_face: bool, motion: [DVec3; 4]) -> f64 {
     let mean = 0.25 * ((motion[0] + motion[1]) + (motion[2] + motion[3]));
-    let [a, b, c, d] = motion.map(|m| (m - mean).length());
+    let [a, b, c, d] = four(motion, |m| (m - mean).length());
     if is_face { a + b.max(c).max(d) } else { a.max(b) + c.max(d) }
 }
 
@@ -137,7 +138,7 @@ pub(super) fn measure(
     let one = |room: &mut Room, pairs: &[Pair], distances: &mut [f64]| {
         room.0.clear();
         for (pair, distance) in pairs.iter().zip(distances) {
-            let x = pair.nodes.map(|n| place.position[n as usize]);
+            let x = four(pair.nodes, |n| place.position[n as usize]);
             let near = nearest(pair.is_face, x);
             *distance = near.delta.length();
             if wanted && place.within_reach(pair, *distance) {
@@ -162,6 +163,6 @@ impl Place<'_> {
     fn within_reach(&self, pair: &Pair, distance: f64) -> bool {
         let gap = distance - pair.thickness;
         gap <= self.floor
-            || gap <= self.floor + closing(pair.is_face, pair.nodes.map(|n| self.h * self.velocity[n as usize]))
+            || gap <= self.floor + closing(pair.is_face, four(pair.nodes, |n| self.h * self.velocity[n as usize]))
     }
 }

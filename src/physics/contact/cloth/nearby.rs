@@ -7,6 +7,7 @@ use glam::{DMat3, DQuat, DVec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::corners::three;
 use super::features::Features;
 use super::rows::Row;
 use super::shapes::{Course, Pose};
@@ -305,16 +306,19 @@ impl NearElement {
         self.some_plane(nodes, |plane| plane.least(start) >= least && plane.least(end) >= least)
     }
 
+    #[inline]
     pub fn starts(&self, nodes: &[NearNode]) -> [DVec3; 3] {
-        self.corners.map(|c| nodes[c as usize].start)
+        three(self.corners, |c| nodes[c as usize].start)
     }
 
+    #[inline]
     pub fn ends(&self, nodes: &[NearNode]) -> [DVec3; 3] {
-        self.corners.map(|c| nodes[c as usize].end)
+        three(self.corners, |c| nodes[c as usize].end)
     }
 
     /// What is known of its corners at the start of the step.
+    #[inline]
     pub fn nears(&self, nodes: &[NearNode]) -> [Option<Near>; 3] {
-        self.corners.map(|c| nodes[c as usize].near)
+        three(self.corners, |c| nodes[c as usize].near)
     }
 }

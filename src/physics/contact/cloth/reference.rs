@@ -119,7 +119,7 @@ impl Reference {
         x: &[DVec3],
         v: &[DVec3],
         frame: &Frame,
-        turned: Option<&[bool]>,
+        turned: Option<&[u32]>,
         stale: &mut Vec<u32>,
     ) -> Verdict {
         stale.clear();
@@ -134,8 +134,8 @@ impl Reference {
             !(start.length_squared() <= square && end.length_squared() <= square)
         };
         match turned {
-            Some(turned) => stale.extend((0..nodes).filter(|n| turned[*n] && left(*n)).map(|n| n as u32)),
-            None => stale.extend((0..nodes).filter(|n| left(*n)).map(|n| n as u32)),
+            Some(turned) => stale.extend(turned.iter().filter(|n| left(**n as usize))),
+            None => self.watch_all(h, x, v, frame, stale),
         }
         match stale.len() {
             0 => Verdict::All,
@@ -144,7 +144,21 @@ impl Reference {
         }
     }
 
-    /// Gives all nodes new courses. `pairs` and `elements` are those of the last search, by which the window is chosen: a
+    /// All nodes that leave their course in a step.
+    fn watch_all(&self, h: f64, x: &[DVec3], v: &[DVec3], frame: &Frame, stale: &mut Vec<u32>) {
+        let places = self.position.iter().zip(&self.velocity).zip(self.since.iter().zip(&self.radius));
+        for (n, ((x, v), ((position, velocity), (since, radius)))) in x.iter().zip(v).zip(places).enumerate() {
+            let square = radius * radius;
+            let start = *x - frame.centre - (*position + (self.time - since) * *velocity);
+            let end = start + h * (*v - frame.drift - *velocity);
+            if !(start.length_squared() <= square && end.length_squared() <= square) {
+                stale.push(n as u32);
+            }
+        }
+    }
+
+    /// Gives all nodes new courses: `landing` tells of a node, its radius (m) and a time (s) where its course starts, seen from the
+    /// node (m), and how fast it is (m/s). `pairs` and `elements` are those of the last search, by which the window is chosen: a
     /// longer one searches less often and measures more pairs.
     pub fn refer(
         &mut self,
@@ -154,6 +168,7 @@ impl Reference {
         frame: &Frame,
         room: &Room<'_>,
         [pairs, elements]: [usize; 2],
+        landing: impl Fn(usize, f64, f64) -> [DVec3; 2],
     ) {
         let first = self.position.len() != x.len();
         let lasted = if h > 0.0 { self.time / h } else { 0.0 };
@@ -172,19 +187,32 @@ impl Reference {
             room.radius(n, self.radius.get(n).copied(), h, age, v[n] - drift)
         };
         self.radius = (0..x.len()).map(radius).collect();
-        self.position.clear();
-        self.position.extend(x.iter().map(|x| *x - centre));
-        self.velocity.clear();
-        self.velocity.extend(v.iter().map(|v| *v - drift));
         self.since.clear();
         self.since.resize(x.len(), 0.0);
         self.time = 0.0;
         // A little more than whole steps, or rounding takes the last one away.
         self.horizon = (self.window + 0.01) * h;
+        self.position.clear();
+        self.velocity.clear();
+        for (n, (x, radius)) in x.iter().zip(&self.radius).enumerate() {
+            let [aside, velocity] = landing(n, *radius, self.horizon);
+            self.position.push(*x - centre + aside);
+            self.velocity.push(velocity - drift);
+        }
     }
 
     /// Gives these nodes new courses.
-    pub fn renew(&mut self, h: f64, x: &[DVec3], v: &[DVec3], frame: &Frame, room: &Room<'_>, stale: &[u32]) {
+    #[allow(clippy::too_many_arguments)]
+    pub fn renew(
+        &mut self,
+        h: f64,
+        x: &[DVec3],
+        v: &[DVec3],
+        frame: &Frame,
+        room: &Room<'_>,
+        stale: &[u32],
+        landing: impl Fn(usize, f64, f64) -> [DVec3; 2],
+    ) {
         let Frame { centre, drift } = *frame;
         // Those that were struck now would look as far as all others did while nothing moved.
         let steps = room.idle(h, stale.iter().map(|n| v[*n as usize] - drift)).max(WINDOWS[1]);
@@ -193,8 +221,9 @@ impl Reference {
             let n = n as usize;
             let age = self.time - self.since[n];
             self.radius[n] = room.radius(n, Some(self.radius[n]), h, age, v[n] - drift);
-            self.position[n] = x[n] - centre;
-            self.velocity[n] = v[n] - drift;
+            let [aside, velocity] = landing(n, self.radius[n], self.horizon - self.time);
+            self.position[n] = x[n] - centre + aside;
+            self.velocity[n] = velocity - drift;
             self.since[n] = self.time;
         }
     }
@@ -215,9 +244,10 @@ impl Room<'_> {
     }
 
     fn radius(&self, n: usize, last: Option<f64>, h: f64, age: f64, velocity: DVec3) -> f64 {
-        let small = (SMALL * self.width[n]).min(THICK * self.skin);
+        let mut small = (SMALL * self.width[n]).min(THICK * self.skin);
         let mut most = 0.5 * self.skin + AHEAD * h * velocity.length();
         if Bounds::of(self.width[n], THICKNESS * self.skin).is_coarse() {
+            small = (CALM * self.width[n]).min(THICK * self.skin);
             most = most.min(CALM * self.width[n]);
         }
         let most = small.max(most);

@@ -75,43 +75,44 @@ pub(super) struct Motion<'a> {
 /// Share of its body's inverse mass under which a row moves nothing.
 const NOTHING: f64 = 1e-9;
 
-/// One touch.
+/// One touch. What a sweep asks of every row lies in the first line of the cache, what it asks of those it solves in the next ones.
 #[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
 pub(super) struct Row {
-    pub key: Key,
-    pub rule: u32,
     /// Weights are positive on side A and negative on side B; the first `used` of them are not zero, the rest are.
     pub nodes: [u32; 4],
     pub weights: [f64; 4],
+    /// What it had drifted when it was solved last, m/s.
+    pub seen: f64,
     pub used: u8,
+    /// Nothing but nodes moves in it.
+    pub nodes_only: bool,
+    pub slides: bool,
     /// Weights times inverse masses, 1/kg.
     pub levers: [f64; 4],
-    /// The body of side A and that of side B, the shares with which their velocities count, and the arms from their centres to
-    /// the place of the touch times those, m. Where nodes that touch are tied to a body, it takes their part once the row is weighed.
-    pub bodies: [u32; 2],
-    pub shares: [f64; 2],
-    pub arms: [DVec3; 2],
     /// Unit vector from B to A.
     pub normal: DVec3,
-    /// m; negative for an overlap.
-    pub gap: f64,
-    /// Least speed along the normal after the step, m/s.
-    pub target: f64,
     /// N·s along the normal, and across it.
     pub push: f64,
     pub rub: DVec3,
+    /// Least speed along the normal after the step, m/s.
+    pub target: f64,
     /// Effective masses along and (at least) across the normal, kg.
     pub mass: f64,
     pub mass_across: f64,
     pub at_rest: f64,
     pub sliding: f64,
-    pub slides: bool,
-    /// Nothing but nodes moves in it.
-    pub nodes_only: bool,
     /// What its bodies add to the velocity of A over B where they stand or are driven, m/s.
     pub carried: DVec3,
-    /// What it had drifted when it was solved last, m/s.
-    pub seen: f64,
+    /// m; negative for an overlap.
+    pub gap: f64,
+    /// The body of side A and that of side B, the shares with which their velocities count, and the arms from their centres to
+    /// the place of the touch times those, m. Where nodes that touch are tied to a body, it takes their part once the row is weighed.
+    pub bodies: [u32; 2],
+    pub shares: [f64; 2],
+    pub arms: [DVec3; 2],
+    pub key: Key,
+    pub rule: u32,
 }
 
 impl Row {
@@ -361,7 +362,11 @@ impl Row {
     /// How far its nodes have drifted from their velocities, m/s, from those of all nodes.
     #[inline]
     pub fn drift(&self, of_nodes: &[f64]) -> f64 {
-        self.places().map(|k| self.weights[k].abs() * of_nodes[self.nodes[k] as usize]).sum()
+        let mut sum = 0.0;
+        for k in self.places() {
+            sum += self.weights[k].abs() * of_nodes[self.nodes[k] as usize];
+        }
+        sum
     }
 
     /// Change of the tangential impulse that the relative velocity `v` asks for, within Coulomb's cone.

@@ -3,7 +3,9 @@
 use glam::DVec3;
 
 use super::candidates::Pair;
+use super::corners::{four, three};
 use super::features::{Element, Features};
+use super::narrow::closing;
 use super::reference::Reference;
 use crate::geometry::impact::closest_on_triangle;
 use crate::geometry::segments::closest_on_segments;
@@ -23,6 +25,9 @@ pub(super) struct Seen<'a> {
     id: u32,
     element: &'a Element,
     place: [DVec3; 3],
+    /// How each node goes to the horizon on its course, and how far it may be from there, m.
+    ahead: [DVec3; 3],
+    radius: [f64; 3],
     /// How far each node may go to the horizon, m.
     reach: [f64; 3],
     half_thickness: f64,
@@ -35,6 +40,25 @@ pub(super) struct Seen<'a> {
     size: f64,
 }
 
+/// Whether two features that are `apart` (m) at `start` stay farther apart than `room` (m) while their nodes go straight by
+/// `ahead` (m). They close by at most c on the whole way, and evenly in time: at a share t of it they are over d₀ − t·c and
+/// over d₁ − (1 − t)·c apart, so never less than ½·(d₀ + d₁ − c).
+fn stays_beyond(
+    room: f64,
+    apart: f64,
+    is_face: bool,
+    start: [DVec3; 4],
+    ahead: [DVec3; 4],
+    square: impl Fn([DVec3; 4]) -> f64,
+) -> bool {
+    let closing = closing(is_face, ahead);
+    if apart <= room {
+        return false;
+    }
+    let end = four([0, 1, 2, 3], |k: usize| start[k] + ahead[k]);
+    0.5 * (apart + square(end).sqrt() - closing) > room
+}
+
 /// Sides at the corners of a set: side k runs from corner k to the next.
 fn sides_at(corners: u8) -> u8 {
     (corners | corners >> 1 | corners << 2) & 7
@@ -44,29 +68,29 @@ impl<'a> Seen<'a> {
     fn new(features: &'a Features, reference: &Reference, only: Option<&[bool]>, id: u32, common: DVec3) -> Self {
         let element = &features.elements[id as usize];
         let half_thickness = features.half_thickness[element.part as usize];
-        let (mut place, mut reach) = ([DVec3::ZERO; 3], [0.0; 3]);
-        let (mut around, mut radius, mut stale) = (Aabb::NOTHING, 0.0_f64, 0);
+        let (mut place, mut ahead) = ([DVec3::ZERO; 3], [DVec3::ZERO; 3]);
+        let (mut radius, mut reach) = ([0.0; 3], [0.0; 3]);
+        let (mut around, mut stale) = (Aabb::NOTHING, 0);
         for k in 0..3 {
             let n = element.nodes[k];
             place[k] = reference.place(n);
-            let ahead = reference.ahead(n) - common;
-            let own = reference.radius[n as usize];
-            reach[k] = ahead.length() + own;
-            radius = radius.max(own);
+            ahead[k] = reference.ahead(n) - common;
+            radius[k] = reference.radius[n as usize];
+            reach[k] = ahead[k].length() + radius[k];
             around.add(place[k]);
-            around.add(place[k] + ahead);
+            around.add(place[k] + ahead[k]);
             stale |= u8::from(only.is_none_or(|stale| stale[n as usize])) << k;
         }
-        let around = around.grown(radius + half_thickness);
+        let around = around.grown(radius[0].max(radius[1]).max(radius[2]) + half_thickness);
         let middle = (place[0] + place[1] + place[2]) / 3.0;
         let size = place.iter().map(|p| (*p - middle).length_squared()).fold(0.0, f64::max).sqrt();
         let stale_sides = sides_at(stale);
-        Self { id, element, place, reach, half_thickness, around, stale, stale_sides, middle, size }
+        Self { id, element, place, ahead, radius, reach, half_thickness, around, stale, stale_sides, middle, size }
     }
 
     /// The first element of pairs, and its mean motion, m.
     pub fn first(features: &'a Features, reference: &Reference, only: Option<&[bool]>, id: u32) -> (Self, DVec3) {
-        let [a, b, c] = features.elements[id as usize].nodes.map(|n| reference.ahead(n));
+        let [a, b, c] = three(features.elements[id as usize].nodes, |n| reference.ahead(n));
         let common = (a + b + c) / 3.0;
         (Self::new(features, reference, only, id, common), common)
     }
@@ -116,7 +140,15 @@ impl Seeker<'_> {
         }
         let distance = |[v, a, b, c]: [DVec3; 4]| closest_on_triangle(v, [a, b, c]).delta.length_squared();
         let [x, y, z] = face.place;
-        if distance([one.place[corner], x, y, z]) <= limit * limit {
+        let start = [one.place[corner], x, y, z];
+        let square = distance(start);
+        if square <= limit * limit {
+            let [p, q, r] = face.ahead;
+            let [e, f, g] = face.radius;
+            let room = sum + one.radius[corner] + e.max(f).max(g);
+            if stays_beyond(room, square.sqrt(), true, start, [one.ahead[corner], p, q, r], distance) {
+                return;
+            }
             let v = one.element.nodes[corner];
             let [a, b, c] = face.element.nodes;
             let nodes = [v, a, b, c];
@@ -126,15 +158,17 @@ impl Seeker<'_> {
     }
 
     fn edges(&mut self, seen: [&Seen<'_>; 2], sides: [usize; 2]) {
-        let ends = [0, 1].map(|k| [sides[k], (sides[k] + 1) % 3]);
-        let [[a, b], [c, d]] = [0, 1].map(|k| ends[k].map(|end| seen[k].element.nodes[end]));
+        let ends = [[sides[0], (sides[0] + 1) % 3], [sides[1], (sides[1] + 1) % 3]];
+        let nodes = |k: usize| [seen[k].element.nodes[ends[k][0]], seen[k].element.nodes[ends[k][1]]];
+        let ([a, b], [c, d]) = (nodes(0), nodes(1));
         if a == c || a == d || b == c || b == d {
             return;
         }
         let reach = |k: usize| seen[k].reach[ends[k][0]].max(seen[k].reach[ends[k][1]]);
         let sum = seen[0].half_thickness + seen[1].half_thickness;
         let limit = sum + reach(0) + reach(1);
-        let [[p, q], [r, s]] = [0, 1].map(|k| ends[k].map(|end| seen[k].place[end]));
+        let places = |k: usize| [seen[k].place[ends[k][0]], seen[k].place[ends[k][1]]];
+        let ([p, q], [r, s]) = (places(0), places(1));
         let middles = 0.5 * ((p + q) - (r + s));
         let halves = 0.25 * ((q - p).length_squared() + (s - r).length_squared());
         // (p + q + r)² ≤ 3·(p² + q² + r²): no root is drawn.
@@ -142,7 +176,15 @@ impl Seeker<'_> {
             return;
         }
         let distance = |[a, b, c, d]: [DVec3; 4]| closest_on_segments(a, b, c, d).delta.length_squared();
-        if distance([p, q, r, s]) <= limit * limit {
+        let square = distance([p, q, r, s]);
+        if square <= limit * limit {
+            let radius = |k: usize| seen[k].radius[ends[k][0]].max(seen[k].radius[ends[k][1]]);
+            let ways = |k: usize| [seen[k].ahead[ends[k][0]], seen[k].ahead[ends[k][1]]];
+            let ([t, u], [v, w]) = (ways(0), ways(1));
+            let room = sum + radius(0) + radius(1);
+            if stays_beyond(room, square.sqrt(), false, [p, q, r, s], [t, u, v, w], distance) {
+                return;
+            }
             let [i, j] = [0, 1].map(|k| seen[k].element.edges[sides[k]]);
             let features = [i.min(j), i.max(j)];
             let [[a, b], [c, d]] = features.map(|e| self.features.edges[e as usize]);

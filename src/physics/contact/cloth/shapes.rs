@@ -3,6 +3,7 @@
 
 use glam::{DQuat, DVec3};
 
+use super::corners::three;
 use super::edges::{golden, segment_near};
 use crate::geometry::Solid;
 use crate::geometry::impact::{advance, closest_on_triangle};
@@ -71,7 +72,7 @@ pub(super) fn element_near(x: [DVec3; 3], is_face: bool, solid: &Solid) -> Eleme
 
 /// The same where some corners are measured already.
 pub(super) fn element_near_from(x: [DVec3; 3], known: [Option<Near>; 3], is_face: bool, solid: &Solid) -> ElementNear {
-    let corners = [0, 1, 2].map(|k: usize| known[k].unwrap_or_else(|| solid.near(x[k])));
+    let corners = three([0, 1, 2], |k: usize| known[k].unwrap_or_else(|| solid.near(x[k])));
     let count = if is_face { 3 } else { 1 };
     let none = SegmentContact { t: 0.0, distance: f64::INFINITY, normal: DVec3::Z };
     let mut out = ElementNear {
@@ -191,7 +192,7 @@ pub(super) fn element_meets(
     let closing = fastest + course.swing();
     advance(distance - separation, near, closing, |share| {
         let pose = course.at(share);
-        let x = [0, 1, 2].map(|k| pose.local(start[k] + share * motion[k]));
+        let x = three([0, 1, 2], |k: usize| pose.local(start[k] + share * motion[k]));
         element_near(x, is_face, solid).near.distance - separation
     })
 }

@@ -118,20 +118,31 @@ impl ClothContact {
     fn keep_candidates(&mut self, net: Net<'_>, v: &[DVec3], stats: &mut ClothContactStats, parallel: bool) -> usize {
         let clock = Instant::now();
         let Self { candidates, features, laws, settings, distances, turned, .. } = self;
+        let ground = landing::Ground {
+            features,
+            laws,
+            solids: &self.solids,
+            radii: &self.radii,
+            courses: &self.courses,
+            bodies: &self.bodies,
+            inverse_mass: net.inverse_mass,
+            part: &self.part_of,
+        };
+        let lands = |n: usize, radius: f64, span: f64| ground.course(n, net.position[n], v[n], radius, span);
         let mut stale = std::mem::take(&mut candidates.stale);
         let frame = &candidates.frame;
-        let verdict = candidates.reference.watch(net.h, net.position, v, frame, turned.nodes(), &mut stale);
+        let verdict = candidates.reference.watch(net.h, net.position, v, frame, turned.changed(), &mut stale);
         candidates.stale = stale;
         let first_new = match verdict {
             Verdict::All => candidates.pairs.len(),
             Verdict::Some => {
                 let (h, x) = (net.h, net.position);
-                let first = candidates.renew(h, x, v, settings.skin, features, laws, distances, parallel);
+                let first = candidates.renew(h, x, v, settings.skin, features, laws, distances, parallel, lands);
                 stats.renewed += candidates.stale.len();
                 first
             }
             Verdict::None => {
-                candidates.refer(net.h, net.position, v, settings.skin);
+                candidates.refer(net.h, net.position, v, settings.skin, lands);
                 candidates.seek(features, laws, parallel);
                 self.berths.clear();
                 stats.rebuilt = true;
@@ -406,8 +417,8 @@ impl ClothContact {
 
     /// Notes what has another velocity than when the step was looked at last.
     fn note_turned(&mut self, velocity: &[DVec3]) {
-        let Self { turned, bodies, .. } = self;
-        turned.note(velocity, bodies);
+        let Self { turned, bodies, before, .. } = self;
+        turned.note(velocity, before, bodies);
     }
 
     /// Drops hits that only end a little too near and whose row would do nothing, and all such after a few rounds: what is left

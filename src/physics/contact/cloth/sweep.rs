@@ -4,6 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::candidates::Pair;
+use super::corners::{four, three};
 use super::narrow::{self, closing, nearest};
 use super::nearby::{Found, NearElement, NearNode, Nearby, Plane};
 use super::rows::{Rigid, Row};
@@ -28,6 +29,8 @@ pub(super) struct Turned {
     motion: Vec<[DVec3; 2]>,
     nodes: Vec<bool>,
     bodies: Vec<bool>,
+    /// Nodes whose velocity is another than at the last look; at the first one, than the step began with.
+    changed: Vec<u32>,
 }
 
 impl Turned {
@@ -37,22 +40,34 @@ impl Turned {
         self.motion.clear();
     }
 
-    /// Which nodes have turned; None before the first look, when all may have.
-    pub fn nodes(&self) -> Option<&[bool]> {
-        (!self.velocity.is_empty()).then_some(&self.nodes)
+    /// Which nodes got another velocity since the courses were looked at last; None before the first look, when all may have.
+    pub fn changed(&self) -> Option<&[u32]> {
+        (!self.velocity.is_empty()).then_some(&self.changed)
     }
 
-    pub fn note(&mut self, velocity: &[DVec3], bodies: &[Rigid]) {
+    /// Notes the velocities of a look; those of `before` (m/s) are what the step began with.
+    pub fn note(&mut self, velocity: &[DVec3], before: &[DVec3], bodies: &[Rigid]) {
         let motion = |b: &Rigid| [b.velocity, b.spin];
+        self.changed.clear();
         if self.velocity.len() == velocity.len() && self.motion.len() == bodies.len() {
-            let nodes = self.nodes.iter_mut().zip(self.velocity.iter_mut().zip(velocity));
-            nodes.for_each(|(turned, (last, now))| *turned = std::mem::replace(last, *now) != *now);
+            for (n, now) in velocity.iter().enumerate() {
+                self.nodes[n] = self.velocity[n] != *now;
+                if self.nodes[n] {
+                    self.velocity[n] = *now;
+                    self.changed.push(n as u32);
+                }
+            }
             let moves = self.bodies.iter_mut().zip(self.motion.iter_mut().zip(bodies));
             moves.for_each(|(turned, (last, now))| *turned = std::mem::replace(last, motion(now)) != motion(now));
             return;
         }
         self.forget();
         self.velocity.extend_from_slice(velocity);
+        for (n, (now, before)) in velocity.iter().zip(before).enumerate() {
+            if now != before {
+                self.changed.push(n as u32);
+            }
+        }
         self.motion.extend(bodies.iter().map(motion));
         for (flags, count) in [(&mut self.nodes, velocity.len()), (&mut self.bodies, bodies.len())] {
             flags.clear();
@@ -176,15 +191,15 @@ pub(super) fn sweep_near(
 }
 
 fn net_pair(scene: &Scene<'_>, pair: &Pair, distance: f64, hits: &mut Hits) {
-    let motion = pair.nodes.map(|n| scene.h * scene.velocity[n as usize]);
+    let motion = four(pair.nodes, |n| scene.h * scene.velocity[n as usize]);
     let closing = closing(pair.is_face, motion);
     let wanted = NET.wanted(pair.thickness, distance);
     if distance - wanted > closing {
         return;
     }
     hits.tests += 1;
-    let start = pair.nodes.map(|n| scene.position[n as usize]);
-    let end = [0, 1, 2, 3].map(|k| start[k] + motion[k]);
+    let start = four(pair.nodes, |n| scene.position[n as usize]);
+    let end = four([0, 1, 2, 3], |k: usize| start[k] + motion[k]);
     let kept = separation(pair.thickness, distance);
     let met = if distance - kept > closing {
         None
@@ -195,7 +210,7 @@ fn net_pair(scene: &Scene<'_>, pair: &Pair, distance: f64, hits: &mut Hits) {
     };
     let ends_near = || nearest(pair.is_face, end).delta.length() < wanted;
     let Some(share) = met.or_else(|| ends_near().then_some(1.0)) else { return };
-    let then = [0, 1, 2, 3].map(|k| start[k] + share * motion[k]);
+    let then = four([0, 1, 2, 3], |k: usize| start[k] + share * motion[k]);
     let near = nearest(pair.is_face, then);
     // Parallel edges meet with their ends too, and those have rows.
     if let Some(mut row) = narrow::row(scene.features, pair, &near, then) {
@@ -236,8 +251,8 @@ fn body_pair(scene: &Scene<'_>, pair: &BodyPair, nodes: &[NearNode], known: &mut
     if known.clears_over(nodes, course, from, to, wanted.max(kept + left)) {
         return;
     }
-    let start = element.nodes.map(|n| scene.position[n as usize]);
-    let motion = element.nodes.map(|n| scene.h * scene.velocity[n as usize]);
+    let start = three(element.nodes, |n| scene.position[n as usize]);
+    let motion = three(element.nodes, |n| scene.h * scene.velocity[n as usize]);
     let met = element_meets(start, motion, is_face, solid, course, distance, kept, left);
     let share = match met {
         Some(share) => share,
@@ -252,7 +267,7 @@ fn body_pair(scene: &Scene<'_>, pair: &BodyPair, nodes: &[NearNode], known: &mut
         }
     };
     let pose = course.at(share);
-    let then = [0, 1, 2].map(|k| pose.local(start[k] + share * motion[k]));
+    let then = three([0, 1, 2], |k: usize| pose.local(start[k] + share * motion[k]));
     let near = element_near(then, is_face, solid);
     let kind = if near.inside { super::rows::Key::ELEMENT_BODY } else { super::rows::Key::EDGE_BODY };
     let key = super::rows::Key::new(kind, pair.element, pair.body);

@@ -3,6 +3,7 @@
 
 use glam::DVec3;
 
+use super::corners::three;
 use super::features::{Element, Features};
 use super::nearby::{Found, NearElement, NearNode, Nearby, Plane};
 use super::rows::{Key, NONE, Row};
@@ -59,7 +60,7 @@ impl Scene<'_> {
         let element = &self.features.elements[pair.element as usize];
         let thickness = self.features.half_thickness[element.part as usize];
         let x = known.starts(nodes);
-        let corners = known.corners.map(|c| &nodes[c as usize]);
+        let corners = three(known.corners, |c| &nodes[c as usize]);
         let reach = corners.iter().map(|c| c.reach).fold(0.0, f64::max) + self.floor;
         if known.clears(nodes, x, thickness + reach) {
             return;

@@ -29,7 +29,7 @@ fn lists(n: u32, half: f64, bend: impl Fn(DVec3) -> DVec3) -> ([Vec<super::super
         let mut candidates = Candidates::new(&features);
         candidates.contours.sheets[0].usable &= cull;
         candidates.begin(&x, &still);
-        candidates.refer(1e-3, &x, &still, 4e-4);
+        candidates.refer(1e-3, &x, &still, 4e-4, |_, _, _| [DVec3::ZERO; 2]);
         candidates.seek(&features, &laws, false);
         // What is left out must not be a touch, now or after every node has moved by its radius.
         candidates.pairs.retain(|pair| {
@@ -37,7 +37,7 @@ fn lists(n: u32, half: f64, bend: impl Fn(DVec3) -> DVec3) -> ([Vec<super::super
             distance < pair.thickness + 4e-4
         });
         candidates.pairs.sort_by_key(|p| (p.is_face, p.features));
-        cleared += candidates.contours.cleared;
+        cleared += candidates.contours.look.cleared;
         candidates.pairs.clone()
     });
     (lists, cleared)
@@ -129,11 +129,11 @@ fn lists_sought_again_in_part_hold_every_touch() {
             Verdict::All => {}
             Verdict::Some => {
                 watched.stale.clone_from(&stale);
-                watched.renew(h, &x, &v, skin, &features, &laws, &mut distances, false);
+                watched.renew(h, &x, &v, skin, &features, &laws, &mut distances, false, |n, _, _| [DVec3::ZERO, v[n]]);
                 in_part += 1;
             }
             Verdict::None => {
-                watched.refer(h, &x, &v, skin);
+                watched.refer(h, &x, &v, skin, |n, _, _| [DVec3::ZERO, v[n]]);
                 watched.seek(&features, &laws, false);
                 whole += 1;
             }
@@ -142,7 +142,7 @@ fn lists_sought_again_in_part_hold_every_touch() {
         watched.reference.time += h;
         fresh.contours.sheets[0].usable = false;
         fresh.begin(&x, &v);
-        fresh.refer(0.0, &x, &v, skin);
+        fresh.refer(0.0, &x, &v, skin, |n, _, _| [DVec3::ZERO, v[n]]);
         fresh.seek(&features, &laws, false);
         let (held, all) = (sorted(&watched, &x), sorted(&fresh, &x));
         touches += all.len();
