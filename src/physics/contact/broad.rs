@@ -16,7 +16,7 @@ use crate::physics::Chains;
 pub(super) struct Broad {
     tree: Option<Tree>,
     boxes: Vec<Aabb>,
-    stack: Vec<[u32; 2]>,
+    stack: Vec<[u32; 3]>,
     /// Lower chunk first.
     pub pairs: Vec<(u32, u32)>,
 }
@@ -58,7 +58,7 @@ impl Broad {
                 pairs.extend(others.iter().filter(|o| meet(first, **o)).map(|o| (first.min(*o), first.max(*o))));
             }
         };
-        tree.self_pairs(stack, true, |_, _| false, found);
+        tree.self_pairs(stack, true, &(), |_, _, _| false, found);
         tree.unmark();
     }
 }

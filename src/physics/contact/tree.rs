@@ -5,7 +5,27 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use super::outline::{APART, Outlines};
+/// No joint: two branches of which nothing is known together.
+pub(super) const APART: u32 = u32::MAX;
+
+/// What is known of two branches together, by numbers that go down the tree with them.
+pub(super) trait Joints {
+    /// The joint of a branch's children.
+    fn between(&self, branch: u32) -> u32;
+    /// The joint of a pair of children of the branches of a joint, counted as [`Tree::below`] does.
+    fn below(&self, joint: u32, k: usize) -> u32;
+}
+
+/// Nothing is known.
+impl Joints for () {
+    fn between(&self, _: u32) -> u32 {
+        APART
+    }
+
+    fn below(&self, _: u32, _: usize) -> u32 {
+        APART
+    }
+}
 
 /// Elements in a leaf.
 const LEAF: usize = 4;
@@ -252,7 +272,7 @@ impl Tree {
         &self,
         stack: &mut Vec<[u32; 3]>,
         marked: bool,
-        outlines: &Outlines,
+        joints: &impl Joints,
         mut clear: impl FnMut(u32, u32, u32) -> bool,
         mut found: impl FnMut(u32, u32),
     ) {
@@ -270,7 +290,7 @@ impl Tree {
                     found(a, a);
                 } else {
                     let [l, r] = self.children(a);
-                    let below = [[l, l, APART], [r, r, APART], [l, r, outlines.between(a)]];
+                    let below = [[l, l, APART], [r, r, APART], [l, r, joints.between(a)]];
                     stack.extend(below.into_iter().filter(|p| !left_out(p[0], p[1])));
                 }
                 continue;
@@ -281,7 +301,7 @@ impl Tree {
             }
             for (k, &[c, d]) in pairs[..count].iter().enumerate() {
                 if !left_out(c, d) {
-                    stack.push([c, d, outlines.below(joint, k)]);
+                    stack.push([c, d, joints.below(joint, k)]);
                 }
             }
         }

@@ -2,10 +2,7 @@
 //! they follow from the material alone.
 
 use super::features::Features;
-use super::tree::Tree;
-
-/// No joint: two branches that share no side, of whose outlines nothing follows.
-pub(super) const APART: u32 = u32::MAX;
+use crate::physics::contact::tree::{APART, Joints, Tree};
 
 /// Where a loop begins among all nodes, and its length; zero where an outline is not one loop.
 type Place = [u32; 2];
@@ -51,16 +48,6 @@ impl Outlines {
         making.outlines
     }
 
-    /// The joint of a branch's children.
-    pub fn between(&self, b: u32) -> u32 {
-        self.between.get(b as usize).copied().unwrap_or(APART)
-    }
-
-    /// The joint of a pair of children of the branches of a joint, counted as [`Tree::below`] does.
-    pub fn below(&self, joint: u32, k: usize) -> u32 {
-        if joint == APART { APART } else { self.joints[joint as usize].below[k] }
-    }
-
     /// The nodes around a branch, against the clock as its faces turn; empty where they are not one loop.
     pub fn of_branch(&self, b: u32) -> &[u32] {
         self.at(self.of_branch[b as usize])
@@ -73,6 +60,17 @@ impl Outlines {
 
     fn at(&self, [first, length]: Place) -> &[u32] {
         &self.nodes[first as usize..(first + length) as usize]
+    }
+}
+
+/// Branches that share sides have a joint.
+impl Joints for Outlines {
+    fn between(&self, branch: u32) -> u32 {
+        self.between.get(branch as usize).copied().unwrap_or(APART)
+    }
+
+    fn below(&self, joint: u32, k: usize) -> u32 {
+        if joint == APART { APART } else { self.joints[joint as usize].below[k] }
     }
 }
 
