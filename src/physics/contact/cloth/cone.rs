@@ -121,8 +121,7 @@ impl Cone {
         let along = three(normals, |n| n.dot(axis));
         let size = along[0].min(along[1]).min(along[2]);
         let least = size / longest.sqrt() - 2.0 * radius;
-        // Also where something is no number.
-        if !(least > 0.0) {
+        if least.is_nan() || least <= 0.0 {
             return Self::NONE;
         }
         // Squares of the tangents of their angles with the axis.

@@ -88,3 +88,40 @@ fn stops(gap: f64, speed: f64, radius: f64, span: f64) -> Option<[f64; 2]> {
     // Else the slowest course from which it is never farther than that until it stops, over gap / speed.
     Some([most, speed * (2.0 * most / gap).min(1.0)])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::random::Numbers;
+
+    /// Nodes that come down from any height at any speed: until they stop they stay within their radius of their course, and
+    /// to the end where its chord comes so near.
+    #[test]
+    fn a_node_that_stops_keeps_to_its_course() {
+        let mut numbers = Numbers(11);
+        let (mut slowed, mut whole) = (0, 0);
+        for _ in 0..20_000 {
+            let [gap, speed, radius] = [0, 1, 2].map(|_| numbers.number().abs() + 1e-6);
+            let span = 4.0 * numbers.number().abs() + 1e-3;
+            let Some([ahead, slower]) = stops(gap, speed, radius, span) else {
+                assert!(speed * span <= gap, "it does not get there");
+                continue;
+            };
+            let lies = |t: f64| (speed * t).min(gap);
+            let off = |t: f64| (ahead + (speed - slower) * t - lies(t)).abs();
+            let keeps = off(span) <= ASIDE * radius * (1.0 + 1e-9);
+            let until = gap / speed;
+            for k in 0..=20 {
+                let t = until * f64::from(k) / 20.0;
+                assert!(
+                    off(t) <= ASIDE * radius * (1.0 + 1e-9),
+                    "gap {gap}, speed {speed}, radius {radius}: {}",
+                    off(t)
+                );
+            }
+            slowed += usize::from(slower > 0.0);
+            whole += usize::from(keeps);
+        }
+        assert!(slowed > 5000 && whole > 2000, "{slowed} slowed, {whole} to the end");
+    }
+}

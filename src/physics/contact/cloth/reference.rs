@@ -160,6 +160,7 @@ impl Reference {
     /// Gives all nodes new courses: `landing` tells of a node, its radius (m) and a time (s) where its course starts, seen from the
     /// node (m), and how fast it is (m/s). `pairs` and `elements` are those of the last search, by which the window is chosen: a
     /// longer one searches less often and measures more pairs.
+    #[allow(clippy::too_many_arguments)]
     pub fn refer(
         &mut self,
         h: f64,
