@@ -3,6 +3,7 @@
 
 use glam::DVec3;
 
+use super::surface;
 use crate::geometry::Solid;
 
 /// Negative inside, positive outside, never changing faster than the point moves (1-Lipschitz), and no larger than the
@@ -36,6 +37,7 @@ pub fn excess(solid: &Solid, p: DVec3) -> f64 {
             let face = (p.x.abs() - fsp.flat_half_width) * sin + (p.z - top) * cos;
             (rho - fsp.radius).max(base - p.z).max(p.z - top).max(face)
         }
+        Solid::Polyhedron(body) => surface::excess(body.mesh(), p),
         Solid::Frustum(frustum) => {
             let [base, top] = frustum.stations();
             let half = std::f64::consts::PI / f64::from(frustum.sides);
@@ -83,6 +85,7 @@ pub fn reach(solid: &Solid, u: DVec3) -> f64 {
             let on_face = rim(x - u.z * tangent, half, r) + u.z * (top + half * tangent);
             (r * flat + base * u.z).max(on_flat).max(on_face)
         }
+        Solid::Polyhedron(body) => surface::reach(body.mesh(), u),
         Solid::Frustum(frustum) => {
             let [base, top] = frustum.stations();
             let corner = |k: u32| {

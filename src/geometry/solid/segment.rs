@@ -26,7 +26,8 @@ pub fn segment_contact(a: DVec3, b: DVec3, solid: &Solid) -> SegmentContact {
         Solid::Point => ball(a, b, 0.0),
         Solid::Sphere { radius } => ball(a, b, *radius),
         Solid::Capsule { radius, half_height } => capsule(a, b, *radius, *half_height),
-        _ => convex(a, b, solid),
+        Solid::Polyhedron(body) => body.segment(a, b),
+        _ => convex(a, b, |p| solid.near(p)),
     }
 }
 
@@ -55,10 +56,11 @@ struct Sample {
     slope: f64,
 }
 
-fn convex(a: DVec3, b: DVec3, solid: &Solid) -> SegmentContact {
+/// By the distance and its gradient alone.
+pub(super) fn convex(a: DVec3, b: DVec3, near: impl Fn(DVec3) -> Near) -> SegmentContact {
     let d = b - a;
     let sample = |t: f64| {
-        let near = solid.near(a + d * t);
+        let near = near(a + d * t);
         Sample { t, near, slope: near.normal.dot(d) }
     };
     let found = |s: &Sample| SegmentContact { t: s.t, distance: s.near.distance, normal: s.near.normal };

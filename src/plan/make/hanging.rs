@@ -71,11 +71,11 @@ impl Maker<'_> {
             return DVec3::ZERO;
         }
         let known = self.diagnostics.len();
-        let solid = self.solid(item, &body.shape);
-        let turn = self.turn_of(item, body);
+        let formed = self.solid(item, &body.shape);
+        let turn = formed.as_ref().and_then(|formed| self.turn_of(item, body, formed.axes));
         // The body's own recipe tells what is wrong with its shape.
         self.diagnostics.truncate(known);
-        let (Some(solid), Some(turn)) = (solid, turn) else { return DVec3::ZERO };
+        let (Some(solid), Some(turn)) = (formed.map(|formed| formed.solid), turn) else { return DVec3::ZERO };
         let top = turn * solid.support(turn.inverse() * DVec3::Z);
         // Of a flat top the middle, so that the body hangs straight.
         let below = turn * solid.support(turn.inverse() * DVec3::new(1e-9, 0.0, 1.0));
@@ -136,8 +136,7 @@ impl Maker<'_> {
             else {
                 continue;
             };
-            let turn = self.turn_of(item, body).unwrap_or(DQuat::IDENTITY);
-            let to = PointRef::Body { body: index, arm: (turn.inverse() * (hook - place)).to_array() };
+            let to = PointRef::Body { body: index, arm: (self.first_turn(index).inverse() * (hook - place)).to_array() };
             self.body.joins.push(Join::Tie { name, domain, node, to, origin });
         }
     }
@@ -158,6 +157,15 @@ impl Maker<'_> {
             Some(Place::Net(domain)) => Some(domain),
             _ => None,
         }
+    }
+
+    /// How a rigid body is turned at the start.
+    fn first_turn(&self, index: u32) -> DQuat {
+        let recipes = self.body.domains.iter().find_map(|domain| match &domain.recipe {
+            Recipe::Bodies(recipes) => recipes.get(index as usize),
+            _ => None,
+        });
+        recipes.map_or(DQuat::IDENTITY, |recipe| DQuat::from_array(recipe.turn))
     }
 
     /// The index that a body will have among the rigid ones: in the order written, points of the net left out.

@@ -153,7 +153,7 @@ fn body_box(body: &Placed) -> Aabb {
 fn place(body: &BodyFrame, pixel: f64) -> Placed {
     let radius = body.solid.bounding_radius();
     if radius > 0.0 {
-        Placed { solid: body.solid, position: body.position, turn: body.turn, radius }
+        Placed { solid: body.solid.clone(), position: body.position, turn: body.turn, radius }
     } else {
         placed_ball(body.position, POINT * pixel)
     }

@@ -26,7 +26,11 @@ impl Plane {
     /// Below any distance: nothing is known.
     pub const UNKNOWN: Self = Self { normal: DVec3::ZERO, offset: f64::NEG_INFINITY };
 
-    pub fn at(place: DVec3, near: &Near) -> Self {
+    /// The tangent plane at a place. A body that is not convex has none below its distance.
+    pub fn at(solid: &Solid, place: DVec3, near: &Near) -> Self {
+        if !solid.is_convex() {
+            return Self::UNKNOWN;
+        }
         Self { normal: near.normal, offset: near.distance - near.normal.dot(place) }
     }
 
@@ -218,7 +222,7 @@ impl Nearby {
             n.near = None;
             if n.floor.over(n.start) <= thickness + n.reach {
                 let near = solid.near(n.start);
-                n.floor = Plane::at(n.start, &near);
+                n.floor = Plane::at(solid, n.start, &near);
                 n.near = Some(near);
             }
         };

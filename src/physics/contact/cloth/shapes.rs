@@ -114,6 +114,14 @@ fn inside(x: [DVec3; 3], solid: &Solid, out: &mut ElementNear) {
         }
         return;
     }
+    if let Solid::Polyhedron(body) = solid
+        && !body.is_convex()
+    {
+        if let Some((weights, near)) = body.inside_triangle(x, out.near.distance) {
+            (out.weights, out.near, out.inside) = (weights, near, true);
+        }
+        return;
+    }
     // The distance is convex over the face: if it does not fall inwards from the nearest place of the sides, that is it.
     // Inside the solid it has kinks, and its slope there proves nothing.
     let place: DVec3 = (0..3).map(|k| x[k] * out.weights[k]).sum();
@@ -238,7 +246,7 @@ mod tests {
         let mut numbers = Numbers(7);
         let mut worst = 0.0_f64;
         for round in 0..4000 {
-            let solid = solids[round % solids.len()];
+            let solid = solids[round % solids.len()].clone();
             // A triangle around a place near the surface, in a plane that leans on it.
             let way = numbers.vector().normalize_or(DVec3::X);
             let touched =

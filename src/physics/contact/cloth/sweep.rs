@@ -224,7 +224,7 @@ fn body_pair(scene: &Scene<'_>, pair: &BodyPair, nodes: &[NearNode], known: &mut
     let place = |x: [DVec3; 3], weights: [f64; 3]| -> DVec3 { (0..3).map(|k| x[k] * weights[k]).sum() };
     let distance = known.distance.unwrap_or_else(|| {
         let near = element_near_from(from, known.nears(nodes), is_face, solid);
-        known.floor = Plane::at(place(from, near.weights), &near.near);
+        known.floor = Plane::at(solid, place(from, near.weights), &near.near);
         near.near.distance
     });
     known.distance = Some(distance);
@@ -245,7 +245,7 @@ fn body_pair(scene: &Scene<'_>, pair: &BodyPair, nodes: &[NearNode], known: &mut
             let last = element_near(to, is_face, solid);
             if last.near.distance >= wanted {
                 // The next look at this step starts from where this one saw it end.
-                known.floor = Plane::at(place(to, last.weights), &last.near);
+                known.floor = Plane::at(solid, place(to, last.weights), &last.near);
                 return;
             }
             1.0

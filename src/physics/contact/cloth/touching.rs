@@ -86,7 +86,7 @@ impl Scene<'_> {
         }
         let near = element_near_from(x, known.nears(nodes), element.is_face(), solid);
         known.distance = Some(near.near.distance);
-        known.floor = Plane::at((0..3).map(|k| x[k] * near.weights[k]).sum(), &near.near);
+        known.floor = Plane::at(solid, (0..3).map(|k| x[k] * near.weights[k]).sum(), &near.near);
         if near.near.distance < deeper && near.near.distance <= thickness + reach {
             self.inner_rows(pair, element, &near, thickness, reach, x, &mut found.rows);
         }

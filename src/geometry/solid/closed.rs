@@ -1,0 +1,375 @@
+//! Bodies with a closed surface of triangles: hulls of points and meshes from files, in body axes like all other solids.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use super::facets::{Facet, Facets, OnSurface};
+use super::mesh::{MassProperties, MeshError, TriangleMesh};
+use super::{Near, SegmentContact, segment};
+use crate::geometry::impact::closest_on_triangle;
+use crate::geometry::segments::closest_on_segments;
+
+/// A closed surface; convex or not. Copies share their triangles, and only vertices and triangles are written to plans.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(try_from = "TriangleMesh", into = "TriangleMesh")]
+pub struct Polyhedron(Arc<Surface>);
+
+struct Surface {
+    mesh: TriangleMesh,
+    facets: Facets,
+    /// The vertices that a facet has, where they are few: a look at all of them is quicker than the tree.
+    few: Vec<DVec3>,
+    volume: f64,
+    /// Principal moments over mass, m².
+    moments: DVec3,
+    radius: f64,
+    size: f64,
+    convex: bool,
+}
+
+/// A surface counts as convex if no vertex stands out over a facet's plane by more than this share of its size: numbers of
+/// six digits, as files have them, make a ball's facets dent each other by as much.
+const CONVEX: f64 = 1e-6;
+/// Nearer than this share of the size, the way to the surface tells no direction.
+const ON_SURFACE: f64 = 1e-13;
+/// Vertices that are looked at one by one.
+const FEW: usize = 32;
+
+impl std::fmt::Debug for Polyhedron {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (vertices, triangles) = (self.0.mesh.vertices.len(), self.0.mesh.triangles.len());
+        write!(f, "Polyhedron {{ vertices: {vertices}, triangles: {triangles}, convex: {} }}", self.0.convex)
+    }
+}
+
+impl PartialEq for Polyhedron {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0) || self.0.mesh == other.0.mesh
+    }
+}
+
+impl From<Polyhedron> for TriangleMesh {
+    fn from(of: Polyhedron) -> Self {
+        of.0.mesh.clone()
+    }
+}
+
+impl TryFrom<TriangleMesh> for Polyhedron {
+    type Error = MeshError;
+
+    /// Takes the axes as they are: they must be principal, through the centre of mass.
+    fn try_from(mesh: TriangleMesh) -> Result<Self, MeshError> {
+        mesh.check_surface()?;
+        let mass = mesh.mass_properties()?;
+        Ok(Self::of(mesh, &mass))
+    }
+}
+
+impl Polyhedron {
+    /// The uniform body inside a surface (m), turned into its principal axes about its centre of mass, with the mass
+    /// properties that say how: `axes` turns it back, `centre` is where its origin lies.
+    ///
+    /// # Errors
+    /// See [`MeshError`].
+    pub fn new(surface: &TriangleMesh) -> Result<(Self, MassProperties), MeshError> {
+        surface.check_surface()?;
+        let mass = surface.mass_properties()?.with_axes_as_written();
+        Ok((Self::of(surface.in_body_axes(&mass), &mass), mass))
+    }
+
+    fn of(mesh: TriangleMesh, mass: &MassProperties) -> Self {
+        let facets = Facets::new(facets(&mesh));
+        let (low, high) = mesh.bounds();
+        let size = (high - low).length();
+        let used = used(&mesh);
+        let radius = used.iter().map(|p| p.length()).fold(0.0, f64::max);
+        let beyond = |f: &Facet| f.normal.dot(facets.farthest(f.normal) - f.corners[0]);
+        let convex = facets.list().iter().all(|f| beyond(f) <= CONVEX * size);
+        let few = if used.len() <= FEW { used } else { Vec::new() };
+        let (volume, moments) = (mass.volume, mass.moments);
+        Self(Arc::new(Surface { mesh, facets, few, volume, moments, radius, size, convex }))
+    }
+
+    pub fn is_convex(&self) -> bool {
+        self.0.convex
+    }
+
+    /// In body axes, m.
+    pub fn mesh(&self) -> &TriangleMesh {
+        &self.0.mesh
+    }
+
+    /// Sides along which the surface turns outwards, as pairs of vertices: those that can touch before the facets beside them do.
+    pub fn sharp_sides(&self) -> Vec<[u32; 2]> {
+        let mesh = &self.0.mesh;
+        let place = |v: u32| mesh.vertices[v as usize];
+        let mut sides: Vec<(u32, u32, usize)> = Vec::with_capacity(3 * mesh.triangles.len());
+        for (i, t) in mesh.triangles.iter().enumerate() {
+            sides.extend([0, 1, 2].map(|k| (t[k].min(t[(k + 1) % 3]), t[k].max(t[(k + 1) % 3]), 3 * i + (k + 2) % 3)));
+        }
+        sides.sort_unstable();
+        let turns = |one: usize, other: usize| {
+            let [a, b, c] = mesh.triangles[one / 3].map(place);
+            let normal = (b - a).cross(c - a).normalize_or_zero();
+            let opposite = place(mesh.triangles[other / 3][other % 3]);
+            normal.dot(opposite - a) < -CONVEX * self.0.size
+        };
+        let both = sides.chunk_by(|p, q| (p.0, p.1) == (q.0, q.1));
+        both.filter(|side| side.len() == 2 && turns(side[0].2, side[1].2)).map(|side| [side[0].0, side[0].1]).collect()
+    }
+
+    pub(super) fn volume(&self) -> f64 {
+        self.0.volume
+    }
+
+    pub(super) fn moments(&self) -> DVec3 {
+        self.0.moments
+    }
+
+    pub(super) fn bounding_radius(&self) -> f64 {
+        self.0.radius
+    }
+
+    pub(super) fn near(&self, p: DVec3) -> Near {
+        self.told(self.0.facets.nearest(p))
+    }
+
+    /// The side that a nearest place tells. Of a side or a corner the way to it is the normal, of the inside of a facet its
+    /// own.
+    fn told(&self, on: OnSurface) -> Near {
+        let over = on.delta.dot(on.normal);
+        let distance = on.delta.length();
+        if on.flat || distance <= ON_SURFACE * self.0.size {
+            return Near { distance: over, normal: on.normal };
+        }
+        let sign = 1.0_f64.copysign(over);
+        Near { distance: sign * distance, normal: on.delta * (sign / distance) }
+    }
+
+    pub(super) fn support(&self, dir: DVec3) -> DVec3 {
+        match self.0.few.split_first() {
+            Some((first, rest)) => {
+                let farther = |best: (f64, DVec3), p: &DVec3| {
+                    let along = p.dot(dir);
+                    if along > best.0 { (along, *p) } else { best }
+                };
+                rest.iter().fold((first.dot(dir), *first), farther).1
+            }
+            None => self.0.facets.farthest(dir),
+        }
+    }
+
+    /// The place of a segment nearest to the surface from outside, or deepest inside. Of a stretch that is level the middle
+    /// is told.
+    pub(super) fn segment(&self, a: DVec3, b: DVec3) -> SegmentContact {
+        let (first, last) = (self.near(a), self.near(b));
+        if first.distance <= 0.0 || last.distance <= 0.0 {
+            return self.deepest(a, b);
+        }
+        let least = self.segment_outside(a, b);
+        let Some(stretch) = least else { return self.deepest(a, b) };
+        let at = |t: f64| {
+            let near = self.near(a + t * (b - a));
+            SegmentContact { t, distance: near.distance, normal: near.normal }
+        };
+        let middle = at(0.5 * (stretch.low + stretch.high));
+        // Two places of a surface that is not convex may be equally near with a dent between them.
+        if middle.distance <= stretch.distance + self.level(a, b) { middle } else { at(stretch.low) }
+    }
+
+    /// Lengths that are one in the numbers of a segment and of this surface, m.
+    fn level(&self, a: DVec3, b: DVec3) -> f64 {
+        1e-14 * (self.0.size + a.abs().max(b.abs()).max_element())
+    }
+
+    /// The least distance of a segment that begins outside, and over which stretch it has it; None where it goes through.
+    fn segment_outside(&self, a: DVec3, b: DVec3) -> Option<Stretch> {
+        let level = self.level(a, b);
+        let mut found = Stretch { low: 0.0, high: 0.0, distance: f64::INFINITY };
+        let mut through = false;
+        let bound = Facets::between((a.min(b), a.max(b)));
+        self.0.facets.search(f64::INFINITY, bound, |facet, limit| {
+            through |= crosses(a, b, facet);
+            if through {
+                return f64::NEG_INFINITY;
+            }
+            each_nearest(a, b, facet, |t, distance| found.take(t, distance, level));
+            let reach = found.distance + level;
+            limit.min(reach * reach)
+        });
+        (!through).then_some(found)
+    }
+
+    /// The place inside a triangle (weights of its corners) that is nearer than `least` (m), for surfaces that are not convex:
+    /// from outside one over a vertex of the surface, and where the surface pokes through, the deepest about there.
+    pub fn inside_triangle(&self, x: [DVec3; 3], least: f64) -> Option<([f64; 3], Near)> {
+        let normal = (x[1] - x[0]).cross(x[2] - x[0]);
+        let (mut found, mut poked) = (None, None);
+        let low = x[0].min(x[1]).min(x[2]);
+        let high = x[0].max(x[1]).max(x[2]);
+        let reach = least.max(0.0);
+        self.0.facets.search(reach * reach, Facets::between((low, high)), |facet, limit| {
+            for k in 0..3 {
+                let (p, q) = (facet.corners[k], facet.corners[(k + 1) % 3]);
+                let on = closest_on_triangle(p, x);
+                let square = on.delta.length_squared();
+                if square < found.map_or(limit, |(least, _)| least) && on.weights.iter().all(|w| *w > 0.0) {
+                    found = Some((square, on.weights));
+                }
+                let (over, under) = ((p - x[0]).dot(normal), (q - x[0]).dot(normal));
+                if over * under < 0.0 {
+                    let on = closest_on_triangle(p + (q - p) * (over / (over - under)), x);
+                    if on.weights.iter().all(|w| *w > 0.0) {
+                        poked = Some(on.weights);
+                    }
+                }
+            }
+            found.map_or(limit, |(square, _)| square.min(limit))
+        });
+        let at = |w: [f64; 3]| self.near(x[0] * w[0] + x[1] * w[1] + x[2] * w[2]);
+        let weights = match poked {
+            Some(weights) => downhill(weights, |w| at(w).distance),
+            None => found?.1,
+        };
+        let near = at(weights);
+        (near.distance < least).then_some((weights, near))
+    }
+
+    /// The deepest place of a segment that goes inside: by the slope where the distance is convex, else by values alone.
+    fn deepest(&self, a: DVec3, b: DVec3) -> SegmentContact {
+        if self.0.convex {
+            return segment::convex(a, b, |p| self.near(p));
+        }
+        const LOOKS: u32 = 32;
+        let at = |t: f64| {
+            let near = self.near(a + t * (b - a));
+            SegmentContact { t, distance: near.distance, normal: near.normal }
+        };
+        let deeper = |p: SegmentContact, q: SegmentContact| if q.distance < p.distance { q } else { p };
+        let mut best = (1..=LOOKS).map(|k| at(f64::from(k) / f64::from(LOOKS))).fold(at(0.0), deeper);
+        let mut step = 0.5 / f64::from(LOOKS);
+        while step > 1e-12 {
+            let next = [best.t - step, best.t + step].map(|t| at(t.clamp(0.0, 1.0)));
+            best = next.into_iter().fold(best, deeper);
+            step *= 0.5;
+        }
+        best
+    }
+}
+
+/// Weights near these at which a value is least, by steps along the sides of the triangle that get shorter.
+fn downhill(mut weights: [f64; 3], value: impl Fn([f64; 3]) -> f64) -> [f64; 3] {
+    let (mut least, mut step) = (value(weights), 0.25_f64);
+    while step > 1e-9 {
+        let mut better = false;
+        for (from, to) in [(0, 1), (1, 0), (1, 2), (2, 1), (2, 0), (0, 2)] {
+            let moved = step.min(weights[from]);
+            let mut next = weights;
+            (next[from], next[to]) = (weights[from] - moved, weights[to] + moved);
+            let there = value(next);
+            if there < least {
+                (weights, least, better) = (next, there, true);
+            }
+        }
+        if !better {
+            step *= 0.5;
+        }
+    }
+    weights
+}
+
+/// Where along a segment the least distance lies, m.
+struct Stretch {
+    low: f64,
+    high: f64,
+    distance: f64,
+}
+
+impl Stretch {
+    fn take(&mut self, t: f64, distance: f64, level: f64) {
+        if distance < self.distance - level {
+            *self = Self { low: t, high: t, distance };
+        } else if distance <= self.distance + level {
+            (self.low, self.high) = (self.low.min(t), self.high.max(t));
+            self.distance = self.distance.min(distance);
+        }
+    }
+}
+
+/// Whether a segment goes through the inside of a facet.
+fn crosses(a: DVec3, b: DVec3, facet: &Facet) -> bool {
+    let [p, q, r] = facet.corners;
+    let (from, to) = ((a - p).dot(facet.normal), (b - p).dot(facet.normal));
+    if from * to >= 0.0 {
+        return false;
+    }
+    let on = a + (b - a) * (from / (from - to));
+    let inside = |x: DVec3, y: DVec3| facet.normal.cross(y - x).dot(on - x) >= 0.0;
+    inside(p, q) && inside(q, r) && inside(r, p)
+}
+
+/// Every pair of places at which a segment and a facet may be nearest, as the share of the segment and the distance, m.
+fn each_nearest(a: DVec3, b: DVec3, facet: &Facet, mut with: impl FnMut(f64, f64)) {
+    let [p, q, r] = facet.corners;
+    let d = b - a;
+    let square = d.length_squared();
+    for (t, end) in [(0.0, a), (1.0, b)] {
+        with(t, closest_on_triangle(end, facet.corners).delta.length());
+    }
+    for corner in facet.corners {
+        let t = if square > 0.0 { ((corner - a).dot(d) / square).clamp(0.0, 1.0) } else { 0.0 };
+        with(t, (a + t * d - corner).length());
+    }
+    for (x, y) in [(p, q), (q, r), (r, p)] {
+        let near = closest_on_segments(a, b, x, y);
+        with(near.s, near.delta.length());
+    }
+}
+
+/// The vertices that triangles have, each once.
+fn used(mesh: &TriangleMesh) -> Vec<DVec3> {
+    let mut has = vec![false; mesh.vertices.len()];
+    mesh.triangles.iter().flatten().for_each(|v| has[*v as usize] = true);
+    mesh.vertices.iter().zip(has).filter(|(_, has)| *has).map(|(p, _)| *p).collect()
+}
+
+/// Facets with their normals. The surface is closed, every side has two triangles, and none is without area.
+fn facets(mesh: &TriangleMesh) -> Vec<Facet> {
+    let place = |v: u32| mesh.vertices[v as usize];
+    let normals: Vec<DVec3> = mesh
+        .triangles
+        .iter()
+        .map(|t| {
+            let [a, b, c] = t.map(place);
+            (b - a).cross(c - a).normalize_or(DVec3::Z)
+        })
+        .collect();
+    let mut corner_normals = vec![DVec3::ZERO; mesh.vertices.len()];
+    let mut sides: Vec<(u32, u32, usize)> = Vec::with_capacity(3 * mesh.triangles.len());
+    for (i, t) in mesh.triangles.iter().enumerate() {
+        for k in 0..3 {
+            let [v, next, last] = [0, 1, 2].map(|j| t[(k + j) % 3]);
+            let (along, back) = ((place(next) - place(v)).normalize_or_zero(), (place(last) - place(v)).normalize_or_zero());
+            let angle = libm::atan2(along.cross(back).length(), along.dot(back));
+            corner_normals[v as usize] += angle * normals[i];
+            sides.push((v.min(next), v.max(next), 3 * i + k));
+        }
+    }
+    sides.sort_unstable();
+    let mut side_normals = vec![DVec3::ZERO; 3 * mesh.triangles.len()];
+    for side in sides.chunk_by(|p, q| (p.0, p.1) == (q.0, q.1)) {
+        let sum: DVec3 = side.iter().map(|s| normals[s.2 / 3]).sum();
+        for s in side {
+            side_normals[s.2] = sum.normalize_or(normals[s.2 / 3]);
+        }
+    }
+    let of = |(i, t): (usize, &[u32; 3])| Facet {
+        corners: t.map(place),
+        normal: normals[i],
+        side_normals: [0, 1, 2].map(|k| side_normals[3 * i + k]),
+        corner_normals: t.map(|v| corner_normals[v as usize].normalize_or(normals[i])),
+    };
+    mesh.triangles.iter().enumerate().map(of).collect()
+}
