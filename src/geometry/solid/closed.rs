@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::facets::{Facet, Facets, OnSurface};
 use super::mesh::{MassProperties, MeshError, TriangleMesh};
-use super::{Near, SegmentContact, segment};
+use super::{Near, SegmentContact};
 use crate::geometry::impact::closest_on_triangle;
 use crate::geometry::segments::closest_on_segments;
 
@@ -34,7 +34,9 @@ struct Surface {
 const CONVEX: f64 = 1e-6;
 /// Nearer than this share of the size, the way to the surface tells no direction.
 const ON_SURFACE: f64 = 1e-13;
-/// Vertices that are looked at one by one.
+/// Places along a segment that goes into a dented surface which are looked at first.
+const LOOKS: u32 = 32;
+/// Vertices, or facets, that are looked at one by one.
 const FEW: usize = 32;
 
 impl std::fmt::Debug for Polyhedron {
@@ -62,7 +64,7 @@ impl TryFrom<TriangleMesh> for Polyhedron {
     /// Takes the axes as they are: they must be principal, through the centre of mass.
     fn try_from(mesh: TriangleMesh) -> Result<Self, MeshError> {
         mesh.check_surface()?;
-        let mass = mesh.mass_properties()?;
+        let mass = mesh.mass_properties()?.with_axes_as_written();
         Ok(Self::of(mesh, &mass))
     }
 }
@@ -133,7 +135,33 @@ impl Polyhedron {
     }
 
     pub(super) fn near(&self, p: DVec3) -> Near {
+        if self.0.convex
+            && self.0.facets.list().len() <= FEW
+            && let Some(near) = self.over_a_plane(p)
+        {
+            return near;
+        }
         self.told(self.0.facets.nearest(p))
+    }
+
+    /// The distance of a convex surface inside it, and where the place is over a facet: that of the highest plane.
+    fn over_a_plane(&self, p: DVec3) -> Option<Near> {
+        let facets = self.0.facets.list();
+        let height = |f: &Facet| f.normal.dot(p - f.corners[0]);
+        let (mut best, mut distance) = (facets.first()?, f64::NEG_INFINITY);
+        for facet in facets {
+            let over = height(facet);
+            if over > distance {
+                (best, distance) = (facet, over);
+            }
+        }
+        let found = Near { distance, normal: best.normal };
+        if distance <= 0.0 {
+            return Some(found);
+        }
+        // A flat side may be cut into several facets.
+        let level = ON_SURFACE * self.0.size;
+        facets.iter().any(|f| height(f) >= distance - level && f.is_under(p)).then_some(found)
     }
 
     /// The side that a nearest place tells. Of a side or a corner the way to it is the normal, of the inside of a facet its
@@ -164,11 +192,16 @@ impl Polyhedron {
     /// The place of a segment nearest to the surface from outside, or deepest inside. Of a stretch that is level the middle
     /// is told.
     pub(super) fn segment(&self, a: DVec3, b: DVec3) -> SegmentContact {
-        let (first, last) = (self.near(a), self.near(b));
-        if first.distance <= 0.0 || last.distance <= 0.0 {
+        self.segment_between(a, b, [self.near(a).distance, self.near(b).distance])
+    }
+
+    /// The same where the distances of the ends (m) are known.
+    pub fn segment_between(&self, a: DVec3, b: DVec3, ends: [f64; 2]) -> SegmentContact {
+        let nearer = ends[0].min(ends[1]);
+        if nearer <= 0.0 {
             return self.deepest(a, b);
         }
-        let least = self.segment_outside(a, b);
+        let least = self.segment_outside(a, b, nearer);
         let Some(stretch) = least else { return self.deepest(a, b) };
         let at = |t: f64| {
             let near = self.near(a + t * (b - a));
@@ -185,12 +218,14 @@ impl Polyhedron {
     }
 
     /// The least distance of a segment that begins outside, and over which stretch it has it; None where it goes through.
-    fn segment_outside(&self, a: DVec3, b: DVec3) -> Option<Stretch> {
+    /// Its nearer end is `nearer` (m) away.
+    fn segment_outside(&self, a: DVec3, b: DVec3, nearer: f64) -> Option<Stretch> {
         let level = self.level(a, b);
         let mut found = Stretch { low: 0.0, high: 0.0, distance: f64::INFINITY };
         let mut through = false;
         let bound = Facets::between((a.min(b), a.max(b)));
-        self.0.facets.search(f64::INFINITY, bound, |facet, limit| {
+        let reach = nearer + 2.0 * level;
+        self.0.facets.search(reach * reach, bound, |facet, limit| {
             through |= crosses(a, b, facet);
             if through {
                 return f64::NEG_INFINITY;
@@ -202,21 +237,26 @@ impl Polyhedron {
         (!through).then_some(found)
     }
 
-    /// The place inside a triangle (weights of its corners) that is nearer than `least` (m), for surfaces that are not convex:
-    /// from outside one over a vertex of the surface, and where the surface pokes through, the deepest about there.
-    pub fn inside_triangle(&self, x: [DVec3; 3], least: f64) -> Option<([f64; 3], Near)> {
+    /// The place inside a triangle (weights of its corners) that is nearer than `least` (m): from outside one over a vertex of
+    /// the surface, the middle where several are as near; and where a surface that is not convex pokes through, the deepest
+    /// about there. `Err` where a convex one pokes through.
+    pub fn inside_triangle(&self, x: [DVec3; 3], least: f64) -> Result<Option<([f64; 3], Near)>, PokesThrough> {
         let normal = (x[1] - x[0]).cross(x[2] - x[0]);
-        let (mut found, mut poked) = (None, None);
+        let level = self.level(x[0], x[1]);
+        let (mut sum, mut count, mut distance, mut poked) = (DVec3::ZERO, 0.0, least.max(0.0), None);
         let low = x[0].min(x[1]).min(x[2]);
         let high = x[0].max(x[1]).max(x[2]);
-        let reach = least.max(0.0);
-        self.0.facets.search(reach * reach, Facets::between((low, high)), |facet, limit| {
+        self.0.facets.search(distance * distance, Facets::between((low, high)), |facet, limit| {
             for k in 0..3 {
                 let (p, q) = (facet.corners[k], facet.corners[(k + 1) % 3]);
                 let on = closest_on_triangle(p, x);
-                let square = on.delta.length_squared();
-                if square < found.map_or(limit, |(least, _)| least) && on.weights.iter().all(|w| *w > 0.0) {
-                    found = Some((square, on.weights));
+                let away = on.delta.length();
+                if away <= distance + level && on.weights.iter().all(|w| *w > 0.0) {
+                    if away < distance - level {
+                        (sum, count) = (DVec3::ZERO, 0.0);
+                    }
+                    distance = distance.min(away);
+                    (sum, count) = (sum + DVec3::from_array(on.weights), count + 1.0);
                 }
                 let (over, under) = ((p - x[0]).dot(normal), (q - x[0]).dot(normal));
                 if over * under < 0.0 {
@@ -226,30 +266,31 @@ impl Polyhedron {
                     }
                 }
             }
-            found.map_or(limit, |(square, _)| square.min(limit))
+            let reach = distance + level;
+            limit.min(reach * reach)
         });
         let at = |w: [f64; 3]| self.near(x[0] * w[0] + x[1] * w[1] + x[2] * w[2]);
         let weights = match poked {
+            Some(_) if self.0.convex => return Err(PokesThrough),
             Some(weights) => downhill(weights, |w| at(w).distance),
-            None => found?.1,
+            None if count > 0.0 => (sum / count).to_array(),
+            None => return Ok(None),
         };
         let near = at(weights);
-        (near.distance < least).then_some((weights, near))
+        Ok((near.distance < least).then_some((weights, near)))
     }
 
-    /// The deepest place of a segment that goes inside: by the slope where the distance is convex, else by values alone.
+    /// The deepest place of a segment that goes inside, by values alone, for inside the slope has kinks. A convex distance has
+    /// one least place; of others this finds the deepest of the looks.
     fn deepest(&self, a: DVec3, b: DVec3) -> SegmentContact {
-        if self.0.convex {
-            return segment::convex(a, b, |p| self.near(p));
-        }
-        const LOOKS: u32 = 32;
+        let looks = if self.0.convex { 4 } else { LOOKS };
         let at = |t: f64| {
             let near = self.near(a + t * (b - a));
             SegmentContact { t, distance: near.distance, normal: near.normal }
         };
         let deeper = |p: SegmentContact, q: SegmentContact| if q.distance < p.distance { q } else { p };
-        let mut best = (1..=LOOKS).map(|k| at(f64::from(k) / f64::from(LOOKS))).fold(at(0.0), deeper);
-        let mut step = 0.5 / f64::from(LOOKS);
+        let mut best = (1..=looks).map(|k| at(f64::from(k) / f64::from(looks))).fold(at(0.0), deeper);
+        let mut step = 0.5 / f64::from(looks);
         while step > 1e-12 {
             let next = [best.t - step, best.t + step].map(|t| at(t.clamp(0.0, 1.0)));
             best = next.into_iter().fold(best, deeper);
@@ -258,6 +299,10 @@ impl Polyhedron {
         best
     }
 }
+
+/// A surface goes through the inside of a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PokesThrough;
 
 /// Weights near these at which a value is least, by steps along the sides of the triangle that get shorter.
 fn downhill(mut weights: [f64; 3], value: impl Fn([f64; 3]) -> f64) -> [f64; 3] {

@@ -160,6 +160,13 @@ impl Facet {
         }
     }
 
+    /// Whether the foot of a place on the facet's plane lies in the facet.
+    pub fn is_under(&self, p: DVec3) -> bool {
+        let [a, b, c] = self.corners;
+        let inside = |x: DVec3, y: DVec3| self.normal.cross(y - x).dot(p - x) >= 0.0;
+        inside(a, b) && inside(b, c) && inside(c, a)
+    }
+
     fn middle(&self) -> DVec3 {
         (self.corners[0] + self.corners[1] + self.corners[2]) / 3.0
     }

@@ -27,7 +27,7 @@ pub fn segment_contact(a: DVec3, b: DVec3, solid: &Solid) -> SegmentContact {
         Solid::Sphere { radius } => ball(a, b, *radius),
         Solid::Capsule { radius, half_height } => capsule(a, b, *radius, *half_height),
         Solid::Polyhedron(body) => body.segment(a, b),
-        _ => convex(a, b, |p| solid.near(p)),
+        _ => convex(a, b, solid),
     }
 }
 
@@ -56,11 +56,10 @@ struct Sample {
     slope: f64,
 }
 
-/// By the distance and its gradient alone.
-pub(super) fn convex(a: DVec3, b: DVec3, near: impl Fn(DVec3) -> Near) -> SegmentContact {
+fn convex(a: DVec3, b: DVec3, solid: &Solid) -> SegmentContact {
     let d = b - a;
     let sample = |t: f64| {
-        let near = near(a + d * t);
+        let near = solid.near(a + d * t);
         Sample { t, near, slope: near.normal.dot(d) }
     };
     let found = |s: &Sample| SegmentContact { t: s.t, distance: s.near.distance, normal: s.near.normal };

@@ -309,6 +309,14 @@ impl NearElement {
         self.some_plane(nodes, |plane| plane.least(start) >= least && plane.least(end) >= least)
     }
 
+    /// A lower bound of the distance at the start of the step from what is known of the corners alone, m: it needs no convex
+    /// body, for no point of a triangle is farther from its nearest corner than the longest side over √3.
+    pub fn corner_bound(&self, nodes: &[NearNode], x: [DVec3; 3]) -> f64 {
+        let least = self.nears(nodes).into_iter().map(|near| near.map_or(f64::NEG_INFINITY, |n| n.distance));
+        let longest = (x[1] - x[0]).length_squared().max((x[2] - x[1]).length_squared());
+        least.fold(f64::INFINITY, f64::min) - (longest.max((x[0] - x[2]).length_squared()) / 3.0).sqrt()
+    }
+
     pub fn starts(&self, nodes: &[NearNode]) -> [DVec3; 3] {
         self.corners.map(|c| nodes[c as usize].start)
     }

@@ -83,7 +83,12 @@ pub(super) fn element_near_from(x: [DVec3; 3], known: [Option<Near>; 3], is_face
     };
     for k in 0..count {
         let next = (k + 1) % 3;
-        let side = segment_near(x[k], x[next], solid);
+        let side = match solid {
+            Solid::Polyhedron(body) => {
+                body.segment_between(x[k], x[next], [corners[k].distance, corners[next].distance])
+            }
+            _ => segment_near(x[k], x[next], solid),
+        };
         out.sides[k] = side;
         if side.distance < out.near.distance {
             out.near = Near { distance: side.distance, normal: side.normal };
@@ -114,19 +119,21 @@ fn inside(x: [DVec3; 3], solid: &Solid, out: &mut ElementNear) {
         }
         return;
     }
-    if let Solid::Polyhedron(body) = solid
-        && !body.is_convex()
-    {
-        if let Some((weights, near)) = body.inside_triangle(x, out.near.distance) {
-            (out.weights, out.near, out.inside) = (weights, near, true);
-        }
-        return;
-    }
     // The distance is convex over the face: if it does not fall inwards from the nearest place of the sides, that is it.
     // Inside the solid it has kinks, and its slope there proves nothing.
     let place: DVec3 = (0..3).map(|k| x[k] * out.weights[k]).sum();
+    let is_convex = solid.is_convex();
     let falls = |to: DVec3| out.near.normal.dot(to - place) < -1e-9 * (to - place).length();
-    if out.near.distance > 0.0 && !(falls(x[0]) || falls(x[1]) || falls(x[2])) {
+    if is_convex && out.near.distance > 0.0 && !(falls(x[0]) || falls(x[1]) || falls(x[2])) {
+        return;
+    }
+    if let Solid::Polyhedron(body) = solid
+        && (!is_convex || out.near.distance > 0.0)
+        && let Ok(found) = body.inside_triangle(x, out.near.distance)
+    {
+        if let Some((weights, near)) = found {
+            (out.weights, out.near, out.inside) = (weights, near, true);
+        }
         return;
     }
     let found = slices(x, solid);

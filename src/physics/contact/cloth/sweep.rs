@@ -219,6 +219,14 @@ fn body_pair(scene: &Scene<'_>, pair: &BodyPair, nodes: &[NearNode], known: &mut
     if known.clears_over(nodes, course, from, to, (1.0 - BODY.slack) * thickness) {
         return;
     }
+    if !solid.is_convex() {
+        // Planes tell nothing of it, but how far it is and how far the two may close do.
+        let closing = known.corners.iter().map(|c| nodes[*c as usize].reach).fold(0.0, f64::max);
+        let start = known.distance.unwrap_or(f64::NEG_INFINITY).max(known.corner_bound(nodes, from));
+        if start - closing >= thickness {
+            return;
+        }
+    }
     found.tests += 1;
     let is_face = element.is_face();
     let place = |x: [DVec3; 3], weights: [f64; 3]| -> DVec3 { (0..3).map(|k| x[k] * weights[k]).sum() };

@@ -64,8 +64,11 @@ impl Scene<'_> {
         if known.clears(nodes, x, thickness + reach) {
             return;
         }
-        found.tests += 1;
         let (solid, pose) = (&self.solids[pair.body as usize], &self.courses[pair.body as usize].start);
+        if !solid.is_convex() && known.corner_bound(nodes, x) >= thickness + reach {
+            return;
+        }
+        found.tests += 1;
         // What decides about a row must not depend on when a plane was taken: a corner counts within its own reach only.
         let mut lowest = f64::INFINITY;
         for k in 0..3 {
