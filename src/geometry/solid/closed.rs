@@ -106,20 +106,9 @@ impl Polyhedron {
     /// Sides along which the surface turns outwards, as pairs of vertices: those that can touch before the facets beside them do.
     pub fn sharp_sides(&self) -> Vec<[u32; 2]> {
         let mesh = &self.0.mesh;
-        let place = |v: u32| mesh.vertices[v as usize];
-        let mut sides: Vec<(u32, u32, usize)> = Vec::with_capacity(3 * mesh.triangles.len());
-        for (i, t) in mesh.triangles.iter().enumerate() {
-            sides.extend([0, 1, 2].map(|k| (t[k].min(t[(k + 1) % 3]), t[k].max(t[(k + 1) % 3]), 3 * i + (k + 2) % 3)));
-        }
-        sides.sort_unstable();
-        let turns = |one: usize, other: usize| {
-            let [a, b, c] = mesh.triangles[one / 3].map(place);
-            let normal = (b - a).cross(c - a).normalize_or_zero();
-            let opposite = place(mesh.triangles[other / 3][other % 3]);
-            normal.dot(opposite - a) < -CONVEX * self.0.size
-        };
+        let sides = sides(mesh);
         let both = sides.chunk_by(|p, q| (p.0, p.1) == (q.0, q.1));
-        both.filter(|side| side.len() == 2 && turns(side[0].2, side[1].2)).map(|side| [side[0].0, side[0].1]).collect()
+        both.filter(|side| turns_out(mesh, self.0.size, side)).map(|side| [side[0].0, side[0].1]).collect()
     }
 
     pub(super) fn volume(&self) -> f64 {
@@ -192,19 +181,22 @@ impl Polyhedron {
     /// The place of a segment nearest to the surface from outside, or deepest inside. Of a stretch that is level the middle
     /// is told.
     pub(super) fn segment(&self, a: DVec3, b: DVec3) -> SegmentContact {
-        self.segment_between(a, b, [self.near(a).distance, self.near(b).distance])
+        self.segment_between(a, b, [self.near(a), self.near(b)])
     }
 
-    /// The same where the distances of the ends (m) are known.
-    pub fn segment_between(&self, a: DVec3, b: DVec3, ends: [f64; 2]) -> SegmentContact {
-        let nearer = ends[0].min(ends[1]);
-        if nearer <= 0.0 {
+    /// The same where the distances of the ends are known.
+    pub fn segment_between(&self, a: DVec3, b: DVec3, ends: [Near; 2]) -> SegmentContact {
+        let distances = ends.map(|end| end.distance);
+        if distances[0].min(distances[1]) <= 0.0 {
             return self.deepest(a, b);
         }
-        let least = self.segment_outside(a, b, nearer);
-        let Some(stretch) = least else { return self.deepest(a, b) };
+        let Some(stretch) = self.segment_outside(a, b, distances) else { return self.deepest(a, b) };
         let at = |t: f64| {
-            let near = self.near(a + t * (b - a));
+            let near = match t {
+                0.0 => ends[0],
+                1.0 => ends[1],
+                _ => self.near(a + t * (b - a)),
+            };
             SegmentContact { t, distance: near.distance, normal: near.normal }
         };
         let middle = at(0.5 * (stretch.low + stretch.high));
@@ -217,20 +209,24 @@ impl Polyhedron {
         1e-14 * (self.0.size + a.abs().max(b.abs()).max_element())
     }
 
-    /// The least distance of a segment that begins outside, and over which stretch it has it; None where it goes through.
-    /// Its nearer end is `nearer` (m) away.
-    fn segment_outside(&self, a: DVec3, b: DVec3, nearer: f64) -> Option<Stretch> {
+    /// The least distance of a segment that begins outside, and over which stretch it has it; None where it goes through. It has
+    /// it at an end, whose distances are given (m), or over a side along which the surface turns outwards.
+    fn segment_outside(&self, a: DVec3, b: DVec3, ends: [f64; 2]) -> Option<Stretch> {
         let level = self.level(a, b);
-        let mut found = Stretch { low: 0.0, high: 0.0, distance: f64::INFINITY };
+        let mut found = Stretch { low: 0.0, high: 0.0, distance: ends[0] };
+        found.take(1.0, ends[1], level);
         let mut through = false;
         let bound = Facets::between((a.min(b), a.max(b)));
-        let reach = nearer + 2.0 * level;
+        let reach = found.distance + level;
         self.0.facets.search(reach * reach, bound, |facet, limit| {
             through |= crosses(a, b, facet);
             if through {
                 return f64::NEG_INFINITY;
             }
-            each_nearest(a, b, facet, |t, distance| found.take(t, distance, level));
+            for k in (0..3).filter(|k| facet.sharp[*k]) {
+                let near = closest_on_segments(a, b, facet.corners[k], facet.corners[(k + 1) % 3]);
+                found.take(near.s, near.delta.length(), level);
+            }
             let reach = found.distance + level;
             limit.min(reach * reach)
         });
@@ -249,14 +245,19 @@ impl Polyhedron {
         self.0.facets.search(distance * distance, Facets::between((low, high)), |facet, limit| {
             for k in 0..3 {
                 let (p, q) = (facet.corners[k], facet.corners[(k + 1) % 3]);
-                let on = closest_on_triangle(p, x);
-                let away = on.delta.length();
-                if away <= distance + level && on.weights.iter().all(|w| *w > 0.0) {
-                    if away < distance - level {
-                        (sum, count) = (DVec3::ZERO, 0.0);
+                if facet.tips[k] {
+                    let on = closest_on_triangle(p, x);
+                    let away = on.delta.length();
+                    if away <= distance + level && on.weights.iter().all(|w| *w > 0.0) {
+                        if away < distance - level {
+                            (sum, count) = (DVec3::ZERO, 0.0);
+                        }
+                        distance = distance.min(away);
+                        (sum, count) = (sum + DVec3::from_array(on.weights), count + 1.0);
                     }
-                    distance = distance.min(away);
-                    (sum, count) = (sum + DVec3::from_array(on.weights), count + 1.0);
+                }
+                if !facet.sharp[k] {
+                    continue;
                 }
                 let (over, under) = ((p - x[0]).dot(normal), (q - x[0]).dot(normal));
                 if over * under < 0.0 {
@@ -355,29 +356,32 @@ fn crosses(a: DVec3, b: DVec3, facet: &Facet) -> bool {
     inside(p, q) && inside(q, r) && inside(r, p)
 }
 
-/// Every pair of places at which a segment and a facet may be nearest, as the share of the segment and the distance, m.
-fn each_nearest(a: DVec3, b: DVec3, facet: &Facet, mut with: impl FnMut(f64, f64)) {
-    let [p, q, r] = facet.corners;
-    let d = b - a;
-    let square = d.length_squared();
-    for (t, end) in [(0.0, a), (1.0, b)] {
-        with(t, closest_on_triangle(end, facet.corners).delta.length());
-    }
-    for corner in facet.corners {
-        let t = if square > 0.0 { ((corner - a).dot(d) / square).clamp(0.0, 1.0) } else { 0.0 };
-        with(t, (a + t * d - corner).length());
-    }
-    for (x, y) in [(p, q), (q, r), (r, p)] {
-        let near = closest_on_segments(a, b, x, y);
-        with(near.s, near.delta.length());
-    }
-}
-
 /// The vertices that triangles have, each once.
 fn used(mesh: &TriangleMesh) -> Vec<DVec3> {
     let mut has = vec![false; mesh.vertices.len()];
     mesh.triangles.iter().flatten().for_each(|v| has[*v as usize] = true);
     mesh.vertices.iter().zip(has).filter(|(_, has)| *has).map(|(p, _)| *p).collect()
+}
+
+/// Sides of all triangles, those of two triangles beside each other: the vertices, and the triangle's number times three and the
+/// side's.
+fn sides(mesh: &TriangleMesh) -> Vec<(u32, u32, usize)> {
+    let of = |(i, t): (usize, &[u32; 3])| {
+        let t = *t;
+        [0, 1, 2].map(|k| (t[k].min(t[(k + 1) % 3]), t[k].max(t[(k + 1) % 3]), 3 * i + k))
+    };
+    let mut sides: Vec<(u32, u32, usize)> = mesh.triangles.iter().enumerate().flat_map(of).collect();
+    sides.sort_unstable();
+    sides
+}
+
+/// Whether the second triangle at a side lies below the plane of the first.
+fn turns_out(mesh: &TriangleMesh, size: f64, side: &[(u32, u32, usize)]) -> bool {
+    let [one, other] = [side[0].2, side[side.len() - 1].2];
+    let [a, b, c] = mesh.triangles[one / 3].map(|v| mesh.vertices[v as usize]);
+    let normal = (b - a).cross(c - a).normalize_or_zero();
+    let opposite = mesh.triangles[other / 3][(other % 3 + 2) % 3];
+    normal.dot(mesh.vertices[opposite as usize] - a) < -CONVEX * 1e-3 * size
 }
 
 /// Facets with their normals. The surface is closed, every side has two triangles, and none is without area.
@@ -392,29 +396,35 @@ fn facets(mesh: &TriangleMesh) -> Vec<Facet> {
         })
         .collect();
     let mut corner_normals = vec![DVec3::ZERO; mesh.vertices.len()];
-    let mut sides: Vec<(u32, u32, usize)> = Vec::with_capacity(3 * mesh.triangles.len());
+    let mut told_by = vec![usize::MAX; mesh.vertices.len()];
     for (i, t) in mesh.triangles.iter().enumerate() {
         for k in 0..3 {
             let [v, next, last] = [0, 1, 2].map(|j| t[(k + j) % 3]);
-            let (along, back) = ((place(next) - place(v)).normalize_or_zero(), (place(last) - place(v)).normalize_or_zero());
+            let along = (place(next) - place(v)).normalize_or_zero();
+            let back = (place(last) - place(v)).normalize_or_zero();
             let angle = libm::atan2(along.cross(back).length(), along.dot(back));
             corner_normals[v as usize] += angle * normals[i];
-            sides.push((v.min(next), v.max(next), 3 * i + k));
+            told_by[v as usize] = told_by[v as usize].min(3 * i + k);
         }
     }
-    sides.sort_unstable();
+    let (low, high) = mesh.bounds();
+    let size = (high - low).length();
     let mut side_normals = vec![DVec3::ZERO; 3 * mesh.triangles.len()];
-    for side in sides.chunk_by(|p, q| (p.0, p.1) == (q.0, q.1)) {
+    let mut sharp = vec![false; 3 * mesh.triangles.len()];
+    for side in sides(mesh).chunk_by(|p, q| (p.0, p.1) == (q.0, q.1)) {
         let sum: DVec3 = side.iter().map(|s| normals[s.2 / 3]).sum();
         for s in side {
             side_normals[s.2] = sum.normalize_or(normals[s.2 / 3]);
         }
+        sharp[side[0].2] = turns_out(mesh, size, side);
     }
     let of = |(i, t): (usize, &[u32; 3])| Facet {
         corners: t.map(place),
         normal: normals[i],
         side_normals: [0, 1, 2].map(|k| side_normals[3 * i + k]),
         corner_normals: t.map(|v| corner_normals[v as usize].normalize_or(normals[i])),
+        sharp: [0, 1, 2].map(|k| sharp[3 * i + k]),
+        tips: [0, 1, 2].map(|k| told_by[t[k] as usize] == 3 * i + k),
     };
     mesh.triangles.iter().enumerate().map(of).collect()
 }

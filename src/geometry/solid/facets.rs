@@ -13,6 +13,9 @@ pub(super) struct Facet {
     pub normal: DVec3,
     pub side_normals: [DVec3; 3],
     pub corner_normals: [DVec3; 3],
+    /// Sides along which the surface turns outwards and corners, each told by one facet alone.
+    pub sharp: [bool; 3],
+    pub tips: [bool; 3],
 }
 
 /// A box over facets, or over two boxes: the next in the list and `right`.

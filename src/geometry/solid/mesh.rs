@@ -53,7 +53,7 @@ impl std::fmt::Display for MeshError {
             }
             Self::Flat => write!(f, "the points have no volume between them"),
             Self::Doubled { at, distance } => {
-                write!(f, "two vertices at {at} (m) are {distance:e} m apart: they were meant as one")
+                write!(f, "two vertices at {at} (m) are {distance:.1e} m apart: they were meant as one")
             }
             Self::Sliver { triangle, at } => write!(f, "triangle {triangle} at {at} (m) has no area"),
             Self::Shared { from, to, triangles } => {

@@ -4,9 +4,7 @@ use glam::{DQuat, DVec3};
 
 use crate::diagnostics::Diagnostic;
 use crate::geometry::Solid;
-use crate::geometry::solid::{
-    Frustum, Fsp, MassProperties, MeshError, Ogive, Polyhedron, TriangleMesh, convex_hull,
-};
+use crate::geometry::solid::{Frustum, Fsp, MassProperties, MeshError, Ogive, Polyhedron, TriangleMesh, convex_hull};
 use crate::plan::{BodyRecipe, Domain, Recipe, Topology};
 use crate::scene::{Body, Given, Item, ItemBody, Mass, Shape};
 
@@ -173,9 +171,8 @@ impl Maker<'_> {
             Err(error) => {
                 let message = format!("the points of `{}` span no body: {error}", item.name);
                 let label = if points.len() < 4 { "four points are needed at least" } else { "no hull" };
-                let found = Diagnostic::error("E0729", message, shape.span(), label).note(
-                    "A hull needs four points at least that do not all lie in one plane, and none nearly twice.",
-                );
+                let found = Diagnostic::error("E0729", message, shape.span(), label)
+                    .note("A hull needs four points at least that do not all lie in one plane, and none nearly twice.");
                 self.diagnostics.push(found);
                 None
             }
@@ -220,7 +217,9 @@ impl Formed {
 /// How a surface is mended.
 fn advice(error: &MeshError) -> &'static str {
     match error {
-        MeshError::Open { .. } => "Close the hole: every side belongs to two triangles. `convex(of = mesh(…))` is closed always.",
+        MeshError::Open { .. } => {
+            "Close the hole: every side belongs to two triangles. `convex(of = mesh(…))` is closed always."
+        }
         MeshError::TurnedOver { .. } | MeshError::InsideOut { .. } => {
             "Seen from outside the vertices of every triangle run anticlockwise."
         }

@@ -64,28 +64,35 @@ impl Maker<'_> {
             _ => None,
         });
         let Some(recipes) = recipes else { return };
-        let mut refused: Vec<(u32, ContactSide)> = Vec::new();
+        let mut refused: Vec<(u32, Vec<ContactSide>)> = Vec::new();
         for rule in rules.iter().filter(|rule| !rule.boxed) {
             let [a, b] = rule.between;
             let still = |side| matches!(side, ContactSide::Body(k) if recipes[k as usize].fixed);
             for (one, other) in [(a, b), (b, a)] {
                 let ContactSide::Body(body) = one else { continue };
                 let known = matches!(other, ContactSide::Net(_)) || still(a) && still(b);
-                if !known && !recipes[body as usize].solid.is_convex() && !refused.iter().any(|(k, _)| *k == body) {
-                    refused.push((body, other));
+                if known || recipes[body as usize].solid.is_convex() {
+                    continue;
+                }
+                match refused.iter_mut().find(|(k, _)| *k == body) {
+                    Some((_, others)) => others.push(other),
+                    None => refused.push((body, vec![other])),
                 }
             }
         }
-        for (body, other) in refused {
+        for (body, others) in refused {
             let Some(at) = self.item_of(ContactSide::Body(body)) else { continue };
             let item = &self.scene.items[at];
             let ItemBody::Body(of) = &item.body else { continue };
-            let (name, other) = (&item.name, self.side_name(other));
-            let message = format!("`{name}` is not convex, and `{other}` may touch it");
+            let name = &item.name;
+            let others: Vec<String> = others.into_iter().map(|other| self.side_name(other)).collect();
+            let list: Vec<String> = others.iter().map(|other| format!("`{other}`")).collect();
+            let message = format!("`{name}` is not convex, and may touch {}", list.join(", "));
             let found = Diagnostic::error("E0858", message, of.shape.span(), "only sheets and lines meet such a shape")
                 .note(format!(
-                    "Leave their contact out, `contact apart {{ between = [{name}, {other}]; model = none }}`, or take its hull: \
-                     `convex(of = mesh(…))`."
+                    "Leave such contact out, `contact apart {{ between = [{name}, {}]; model = none }}`, or take its hull: \
+                     `convex(of = mesh(…))`.",
+                    others[0]
                 ));
             self.diagnostics.push(found);
         }

@@ -136,7 +136,8 @@ impl Maker<'_> {
             else {
                 continue;
             };
-            let to = PointRef::Body { body: index, arm: (self.first_turn(index).inverse() * (hook - place)).to_array() };
+            let to =
+                PointRef::Body { body: index, arm: (self.first_turn(index).inverse() * (hook - place)).to_array() };
             self.body.joins.push(Join::Tie { name, domain, node, to, origin });
         }
     }

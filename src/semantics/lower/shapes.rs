@@ -27,7 +27,8 @@ impl Elaborator<'_> {
                 set(&mut shape, "triangles", Value::list(surface.triangles.iter().map(triangle).collect()));
             }
             "convex" => {
-                let value = |of: &Object, field: &str| of.fields.get(field).map_or(Value::Absent, |slot| slot.value.clone());
+                let value =
+                    |of: &Object, field: &str| of.fields.get(field).map_or(Value::Absent, |slot| slot.value.clone());
                 let (places, file) = match value(&shape, "of") {
                     Value::Object(of) => {
                         let surface = self.surface_of(&of)?;

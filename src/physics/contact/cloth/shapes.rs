@@ -84,9 +84,7 @@ pub(super) fn element_near_from(x: [DVec3; 3], known: [Option<Near>; 3], is_face
     for k in 0..count {
         let next = (k + 1) % 3;
         let side = match solid {
-            Solid::Polyhedron(body) => {
-                body.segment_between(x[k], x[next], [corners[k].distance, corners[next].distance])
-            }
+            Solid::Polyhedron(body) => body.segment_between(x[k], x[next], [corners[k], corners[next]]),
             _ => segment_near(x[k], x[next], solid),
         };
         out.sides[k] = side;
