@@ -218,7 +218,7 @@ fn a_hull_hangs_and_swings_as_its_box() {
             "cord stiff {{ linear_density = 20 g/m; stiffness = 20 kN }}
              line rope {{ cord = stiff; between = [[0, 0, 0] m, [0.3, 0, -0.4] m]; cell = 0.1 m }}
              fix hook {{ what = rope.tips[0] }}
-             body load {{ shape = {shape}; mass = 2 kg; hangs_from = rope.tips[1]; spin = [0, 0, 1] rad/s }}
+             body load {{ shape = {shape}; mass = 2 kg; hangs_from = rope.tips[1]; turn = [20, 30, 40] deg; spin = [0, 0, 1] rad/s }}
              run swing {{ duration = 100 ms; step = 20 us }}"
         ))
     };
