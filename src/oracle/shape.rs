@@ -112,7 +112,7 @@ pub fn side_normal(solid: &Solid, angle: f64) -> Option<DVec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::solid::{Frustum, Fsp, Ogive};
+    use crate::geometry::solid::{Frustum, Fsp, Ogive, Polyhedron, convex_hull};
 
     fn solids() -> Vec<Solid> {
         vec![
@@ -124,7 +124,14 @@ mod tests {
             Solid::Ogive(Ogive::new(1.0, 4.0, 1.5).expect("a body")),
             Solid::Fsp(Fsp::new(1.0, 2.4, 0.45, 0.6).expect("a body")),
             Solid::Frustum(Frustum::new(5, 1.0, 0.4, 1.3).expect("a body")),
+            hull(),
         ]
+    }
+
+    fn hull() -> Solid {
+        let points: Vec<DVec3> = spread(20, 1.2).collect();
+        let made = convex_hull(&points).and_then(|hull| Polyhedron::new(&hull)).expect("a body");
+        Solid::Polyhedron(made.0)
     }
 
     /// Points spread over a cube by an irrational lattice.

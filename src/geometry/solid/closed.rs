@@ -292,7 +292,7 @@ impl Polyhedron {
         let deeper = |p: SegmentContact, q: SegmentContact| if q.distance < p.distance { q } else { p };
         let mut best = (1..=looks).map(|k| at(f64::from(k) / f64::from(looks))).fold(at(0.0), deeper);
         let mut step = 0.5 / f64::from(looks);
-        while step > 1e-12 {
+        while step > 1e-15 {
             let next = [best.t - step, best.t + step].map(|t| at(t.clamp(0.0, 1.0)));
             best = next.into_iter().fold(best, deeper);
             step *= 0.5;
