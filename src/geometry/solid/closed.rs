@@ -103,6 +103,26 @@ impl Polyhedron {
         &self.0.mesh
     }
 
+    /// Where a ray meets the surface between two ways along it (m, `direction` a unit vector): the way, and the facet's normal.
+    pub fn first_along(&self, origin: DVec3, direction: DVec3, after: f64, before: f64) -> Option<(f64, DVec3)> {
+        let mut found = None;
+        let entry = |low: DVec3, high: DVec3| {
+            let (p, q) = ((low - origin) / direction, (high - origin) / direction);
+            // A ray in a wall of the box gives no number, which bounds nothing.
+            let (enters, leaves) = (p.min(q).max_element().max(after), p.max(q).min_element());
+            if leaves < enters { f64::INFINITY } else { enters }
+        };
+        self.0.facets.search(before, entry, |facet, limit| {
+            let way = facet.normal.dot(facet.corners[0] - origin) / facet.normal.dot(direction);
+            if way >= after && way < limit && facet.is_under(origin + way * direction, ON_SURFACE * self.0.size) {
+                found = Some((way, facet.normal));
+                return way;
+            }
+            limit
+        });
+        found
+    }
+
     /// Sides along which the surface turns outwards, as pairs of vertices: those that can touch before the facets beside them do.
     pub fn sharp_sides(&self) -> Vec<[u32; 2]> {
         let mesh = &self.0.mesh;
@@ -150,7 +170,7 @@ impl Polyhedron {
         }
         // A flat side may be cut into several facets.
         let level = ON_SURFACE * self.0.size;
-        facets.iter().any(|f| height(f) >= distance - level && f.is_under(p)).then_some(found)
+        facets.iter().any(|f| height(f) >= distance - level && f.is_under(p, 0.0)).then_some(found)
     }
 
     /// The side that a nearest place tells. Of a side or a corner the way to it is the normal, of the inside of a facet its

@@ -163,10 +163,10 @@ impl Facet {
         }
     }
 
-    /// Whether the foot of a place on the facet's plane lies in the facet.
-    pub fn is_under(&self, p: DVec3) -> bool {
+    /// Whether the foot of a place on the facet's plane lies in the facet, or beside it by no more than `play` (m).
+    pub fn is_under(&self, p: DVec3, play: f64) -> bool {
         let [a, b, c] = self.corners;
-        let inside = |x: DVec3, y: DVec3| self.normal.cross(y - x).dot(p - x) >= 0.0;
+        let inside = |x: DVec3, y: DVec3| self.normal.cross(y - x).dot(p - x) >= -play * (y - x).length();
         inside(a, b) && inside(b, c) && inside(c, a)
     }
 

@@ -180,6 +180,10 @@ fn cast_body(body: &Placed, origin: DVec3, direction: DVec3, after: f64, before:
     let close = 1e-5 * body.radius;
     let mut distance = after.max(middle - half.sqrt());
     let end = before.min(middle + half.sqrt());
+    if let Solid::Polyhedron(surface) = &body.solid {
+        let (distance, normal) = surface.first_along(o, d, distance, end)?;
+        return Some(Hit { distance, normal: body.turn * normal, strain: None, cut: false });
+    }
     for _ in 0..96 {
         if distance > end {
             return None;
