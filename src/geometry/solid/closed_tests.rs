@@ -228,6 +228,29 @@ fn a_body_survives_the_plan_s_text() {
     assert_eq!(back.near(DVec3::splat(0.4)), solid.near(DVec3::splat(0.4)));
 }
 
+#[test]
+fn a_ray_ends_on_the_first_wall() {
+    let solid = Solid::Polyhedron(body(&ell(0.4)));
+    let Solid::Polyhedron(surface) = &solid else { unreachable!() };
+    let mut numbers = Numbers(9);
+    let mut met = 0;
+    for _ in 0..2000 {
+        let origin = 3.0 * numbers.vector().normalize();
+        let way = (0.8 * numbers.vector() - origin).normalize();
+        let found = surface.first_along(origin, way, 0.0, 10.0);
+        let end = found.map_or(10.0, |(way, _)| way);
+        for k in 0..200 {
+            let before = origin + way * (end * f64::from(k) / 200.0);
+            assert!(solid.signed_distance(before) > -1e-9, "{origin} {way}: inside before {end}");
+        }
+        if let Some((end, normal)) = found {
+            assert!(solid.signed_distance(origin + end * way).abs() < 1e-12 && normal.dot(way) < 0.0);
+            met += 1;
+        }
+    }
+    assert!(met > 800, "{met}");
+}
+
 /// Hulls of points in a cube, and meshes with dents.
 fn shapes() -> impl Strategy<Value = TriangleMesh> {
     let points = prop::collection::vec(prop::array::uniform3(-1.0f64..1.0), 6..40);
