@@ -42,8 +42,8 @@ fn two_cuboids_meet_as_the_formula_says() {
         w.gravity = DVec3::ZERO;
         (w.settings.tolerance, w.settings.margin) = (1e-12, 1e-7);
         let solid = Solid::Box { half: DVec3::new(0.05, 0.1, 0.1) };
-        w.body(solid, 1.0, DVec3::new(-0.1, 0.0, 0.0), DQuat::IDENTITY, DVec3::X * 0.5);
-        w.body(solid, 2.0, DVec3::new(0.1, 0.0, 0.0), DQuat::IDENTITY, DVec3::X * -0.5);
+        w.body(&solid, 1.0, DVec3::new(-0.1, 0.0, 0.0), DQuat::IDENTITY, DVec3::X * 0.5);
+        w.body(&solid, 2.0, DVec3::new(0.1, 0.0, 0.0), DQuat::IDENTITY, DVec3::X * -0.5);
         w.touch_all(restitution, 0.0, 0.0);
         (0..1000).for_each(|_| w.step(1e-3));
         let v = [w.bodies.velocity[0].x, w.bodies.velocity[1].x];
@@ -334,8 +334,8 @@ fn cloth_pinched_by_what_cannot_be_moved_stops_the_run() {
     w.gravity = DVec3::ZERO;
     w.sheet(1, 0.02, 1e-3, 0.2, 40.0, |x| x);
     let solid = Solid::Box { half: DVec3::new(0.1, 0.1, 0.01) };
-    w.body(solid, 0.0, DVec3::Z * -0.0115, DQuat::IDENTITY, DVec3::ZERO);
-    w.body(solid, 0.0, DVec3::Z * 0.0125, DQuat::IDENTITY, DVec3::Z * -0.1);
+    w.body(&solid, 0.0, DVec3::Z * -0.0115, DQuat::IDENTITY, DVec3::ZERO);
+    w.body(&solid, 0.0, DVec3::Z * 0.0125, DQuat::IDENTITY, DVec3::Z * -0.1);
     w.touch_all(0.0, 0.2, 0.2);
     (w.settings.sweeps, w.settings.rounds, w.settings.zone_rounds) = (50, 3, 2);
     let mut steps = 0;
@@ -371,14 +371,14 @@ fn what_starts_in_each_other_is_told() {
     let ball = Solid::Sphere { radius: 0.03 };
     let inside = tangled(&|w| {
         w.sheet(2, 0.1, 1e-3, 0.2, 40.0, |x| x);
-        w.body(ball, 0.0, DVec3::new(0.03, 0.02, 0.025), DQuat::IDENTITY, DVec3::ZERO);
+        w.body(&ball, 0.0, DVec3::new(0.03, 0.02, 0.025), DQuat::IDENTITY, DVec3::ZERO);
     });
     let inside = inside.expect("the ball is in the sheet");
     assert!((inside.depth - 5e-3).abs() < 1e-9, "{inside:?}");
     let apart = tangled(&|w| {
         w.sheet(8, 0.02, 1e-3, 0.2, 40.0, |x| x);
         w.sheet(8, 0.02, 1e-3, 0.2, 40.0, |x| x + DVec3::Z * 2e-3);
-        w.body(ball, 0.0, DVec3::new(0.03, 0.02, -0.0301), DQuat::IDENTITY, DVec3::ZERO);
+        w.body(&ball, 0.0, DVec3::new(0.03, 0.02, -0.0301), DQuat::IDENTITY, DVec3::ZERO);
     });
     assert_eq!(apart, None);
 }

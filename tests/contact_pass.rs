@@ -80,7 +80,7 @@ fn shoot(solid: Solid, turn: DQuat, speed: f64, yarn_radius: f64, boxed: bool) {
     s.hold(40);
     let top = -(turn * solid.support(turn.inverse() * -DVec3::Z)).z;
     let start = DVec3::new(1.3e-4, 2.1e-4, top + yarn_radius + 1e-4);
-    s.body(solid, 1e-4, start, turn, DVec3::Z * -speed);
+    s.body(solid.clone(), 1e-4, start, turn, DVec3::Z * -speed);
     s.rules[1].boxed = boxed;
     s.settings.tolerance = 1e-8;
     let h = 5e-8;
@@ -139,7 +139,7 @@ fn every_solid_meets_a_yarn() {
     ];
     for solid in solids {
         for speed in [30.0, 800.0] {
-            shoot(solid, down, speed, 1e-4, false);
+            shoot(solid.clone(), down, speed, 1e-4, false);
         }
     }
 }

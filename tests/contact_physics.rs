@@ -187,7 +187,7 @@ fn pressed_between(room: Option<f64>) -> (f64, f64) {
         }
     }
     let flat = Solid::Box { half: DVec3::new(5e-3, 5e-3, 1e-3) };
-    s.body(flat, f64::INFINITY, DVec3::NEG_Z * (1e-3 + RADIUS), DQuat::IDENTITY, DVec3::ZERO);
+    s.body(flat.clone(), f64::INFINITY, DVec3::NEG_Z * (1e-3 + RADIUS), DQuat::IDENTITY, DVec3::ZERO);
     s.body(flat, 1e-4, DVec3::Z * (1e-3 + 1.02 * RADIUS), DQuat::IDENTITY, DVec3::NEG_Z * 20.0);
     let mut contact = s.contact();
     let mut deepest: f64 = 0.0;

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::near::{Pair, pairs};
 use super::shape::{excess, reach};
+use super::surface;
 use super::sweep::{first_in, segment_distance};
 use super::watch::{Crossing, Deepest, Feature, Settings};
 use crate::backend::{NetView, StepView};
@@ -337,7 +338,7 @@ fn distance(is_face: bool, [a, b, c, d]: [DVec3; 4]) -> f64 {
 }
 
 /// By the foot on the plane where it lies within the three sides, else by the sides.
-fn point_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
+pub(super) fn point_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
     let n = (b - a).cross(c - a);
     let inside = |x: DVec3, y: DVec3| n.cross(y - x).dot(p - x) >= 0.0;
     if n.length_squared() > 0.0 && inside(a, b) && inside(b, c) && inside(c, a) {
@@ -359,7 +360,7 @@ fn meets(is_face: bool, from: [DVec3; 4], to: [DVec3; 4], touch: f64) -> bool {
 }
 
 /// Distance of a triangle (or of a segment, its last corner doubled) and a segment, m; zero where one goes through the other.
-fn triangle_segment(x: [DVec3; 3], [p, q]: [DVec3; 2]) -> f64 {
+pub(super) fn triangle_segment(x: [DVec3; 3], [p, q]: [DVec3; 2]) -> f64 {
     let n = (x[1] - x[0]).cross(x[2] - x[0]);
     let (over, under) = ((p - x[0]).dot(n), (q - x[0]).dot(n));
     if (over < 0.0) != (under < 0.0) {
@@ -387,6 +388,9 @@ fn round(solid: &Solid) -> Option<([DVec3; 2], f64)> {
 fn gap(solid: &Solid, x: [DVec3; 3], near: f64) -> f64 {
     if let Some((axis, radius)) = round(solid) {
         return triangle_segment(x, axis) - radius;
+    }
+    if let Solid::Polyhedron(body) = solid {
+        return surface::gap(body.mesh(), x, near);
     }
     let middle = (x[0] + x[1] + x[2]) / 3.0;
     let radius = x.iter().map(|x| (*x - middle).length()).fold(0.0, f64::max);

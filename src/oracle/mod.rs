@@ -8,6 +8,7 @@ mod cloth;
 mod near;
 mod overlap;
 mod shape;
+mod surface;
 mod sweep;
 mod verify;
 mod watch;

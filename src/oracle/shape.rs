@@ -3,6 +3,7 @@
 
 use glam::DVec3;
 
+use super::surface;
 use crate::geometry::Solid;
 
 /// Negative inside, positive outside, never changing faster than the point moves (1-Lipschitz), and no larger than the
@@ -36,6 +37,7 @@ pub fn excess(solid: &Solid, p: DVec3) -> f64 {
             let face = (p.x.abs() - fsp.flat_half_width) * sin + (p.z - top) * cos;
             (rho - fsp.radius).max(base - p.z).max(p.z - top).max(face)
         }
+        Solid::Polyhedron(body) => surface::excess(body.mesh(), p),
         Solid::Frustum(frustum) => {
             let [base, top] = frustum.stations();
             let half = std::f64::consts::PI / f64::from(frustum.sides);
@@ -83,6 +85,7 @@ pub fn reach(solid: &Solid, u: DVec3) -> f64 {
             let on_face = rim(x - u.z * tangent, half, r) + u.z * (top + half * tangent);
             (r * flat + base * u.z).max(on_flat).max(on_face)
         }
+        Solid::Polyhedron(body) => surface::reach(body.mesh(), u),
         Solid::Frustum(frustum) => {
             let [base, top] = frustum.stations();
             let corner = |k: u32| {
@@ -109,7 +112,7 @@ pub fn side_normal(solid: &Solid, angle: f64) -> Option<DVec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::solid::{Frustum, Fsp, Ogive};
+    use crate::geometry::solid::{Frustum, Fsp, Ogive, Polyhedron, convex_hull};
 
     fn solids() -> Vec<Solid> {
         vec![
@@ -121,7 +124,14 @@ mod tests {
             Solid::Ogive(Ogive::new(1.0, 4.0, 1.5).expect("a body")),
             Solid::Fsp(Fsp::new(1.0, 2.4, 0.45, 0.6).expect("a body")),
             Solid::Frustum(Frustum::new(5, 1.0, 0.4, 1.3).expect("a body")),
+            hull(),
         ]
+    }
+
+    fn hull() -> Solid {
+        let points: Vec<DVec3> = spread(20, 1.2).collect();
+        let made = convex_hull(&points).and_then(|hull| Polyhedron::new(&hull)).expect("a body");
+        Solid::Polyhedron(made.0)
     }
 
     /// Points spread over a cube by an irrational lattice.

@@ -21,6 +21,9 @@ pub struct Surface {
 
 /// The surface of a solid; a point has none.
 pub fn surface(solid: &Solid) -> Surface {
+    if let Solid::Polyhedron(body) = solid {
+        return Surface { points: body.mesh().vertices.clone(), triangles: body.mesh().triangles.clone() };
+    }
     let angles = angles(solid);
     let outlines: Vec<Vec<[f64; 2]>> = angles.iter().map(|angle| outline(solid, *angle)).collect();
     let mut made = Surface::default();
@@ -75,7 +78,8 @@ fn outline(solid: &Solid, angle: f64) -> Vec<[f64; 2]> {
         })
     };
     match solid {
-        Solid::Point => Vec::new(),
+        // What has triangles of its own needs no outline.
+        Solid::Point | Solid::Polyhedron(_) => Vec::new(),
         Solid::Sphere { radius } => {
             arc(*radius, 0.0, -FRAC_PI_2, 0.0).chain(arc(*radius, 0.0, 0.0, FRAC_PI_2).skip(1)).collect()
         }

@@ -68,7 +68,16 @@ pub enum Shape {
         top: f64,
         height: f64,
     },
+    /// The hull of points, which may come from a file.
+    Convex {
+        places: Vec<[f64; 3]>,
+        file: Option<String>,
+    },
+    /// A closed surface from a file; triangles anticlockwise seen from outside.
+    Mesh {
+        file: String,
+        vertices: Vec<[f64; 3]>,
+        triangles: Vec<[u32; 3]>,
+    },
     Point,
-    /// A shape that checks but cannot run yet (`mesh`, `convex`).
-    Other(String),
 }

@@ -2,6 +2,8 @@
 //! the solver.
 #![allow(dead_code)]
 
+use std::borrow::Borrow;
+
 use glam::{DQuat, DVec3};
 use ripstop::geometry::Solid;
 use ripstop::physics::Bodies;
@@ -157,9 +159,10 @@ impl World {
     }
 
     /// A body; a mass of zero holds it still.
-    pub fn body(&mut self, solid: Solid, mass: f64, x: DVec3, turn: DQuat, v: DVec3) -> u32 {
+    pub fn body(&mut self, solid: impl Borrow<Solid>, mass: f64, x: DVec3, turn: DQuat, v: DVec3) -> u32 {
+        let solid = solid.borrow();
         let b = &mut self.bodies;
-        b.solids.push(solid);
+        b.solids.push(solid.clone());
         b.position.push(x);
         b.turn.push(turn);
         b.velocity.push(v);

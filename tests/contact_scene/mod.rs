@@ -106,7 +106,7 @@ impl Scene {
     /// A body against all yarns; infinite mass is fixed.
     pub fn body(&mut self, solid: Solid, mass: f64, position: DVec3, turn: DQuat, velocity: DVec3) {
         let index = self.bodies.position.len() as u32;
-        self.bodies.solids.push(solid);
+        self.bodies.solids.push(solid.clone());
         self.bodies.position.push(position);
         self.bodies.turn.push(turn);
         self.bodies.velocity.push(velocity);

@@ -200,7 +200,7 @@ impl Engine<'_> {
         let bodies = &self.bodies;
         let body = |(i, recipe): (usize, &crate::plan::BodyRecipe)| BodyFrame {
             name: recipe.name.clone(),
-            solid: bodies.solids[i],
+            solid: bodies.solids[i].clone(),
             position: bodies.position[i],
             turn: bodies.turn[i],
             velocity: bodies.velocity[i],

@@ -196,7 +196,7 @@ fn add_body(bodies: &mut Bodies, recipe: &BodyRecipe) {
     let moving = !recipe.fixed && recipe.mass.is_finite();
     let inertia = DVec3::from_array(recipe.inertia);
     let turns = moving && inertia.min_element() > 0.0 && inertia.is_finite();
-    bodies.solids.push(recipe.solid);
+    bodies.solids.push(recipe.solid.clone());
     bodies.position.push(DVec3::from_array(recipe.position));
     bodies.turn.push(DQuat::from_array(recipe.turn).normalize());
     bodies.velocity.push(if recipe.fixed { DVec3::ZERO } else { DVec3::from_array(recipe.velocity) });

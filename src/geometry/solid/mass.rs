@@ -37,6 +37,7 @@ pub(super) fn volume(solid: &Solid) -> f64 {
         Solid::Ogive(ogive) => ogive.moments_from_base().volume,
         Solid::Fsp(fsp) => fsp.moments_from_base().volume,
         Solid::Frustum(frustum) => frustum.volume(),
+        Solid::Polyhedron(body) => body.volume(),
     }
 }
 
@@ -71,6 +72,7 @@ pub(super) fn inertia_per_mass(solid: &Solid) -> DVec3 {
         Solid::Ogive(ogive) => from_second(ogive.moments_from_base().second),
         Solid::Fsp(fsp) => from_second(fsp.moments_from_base().second),
         Solid::Frustum(frustum) => from_second(frustum.second()),
+        Solid::Polyhedron(body) => body.moments(),
     }
 }
 

@@ -1,11 +1,12 @@
 //! Closed surfaces of triangles as rigid bodies: what makes one a body, and its exact mass properties.
 
 use glam::{DMat3, DQuat, DVec3};
+use serde::{Deserialize, Serialize};
 
-use super::principal::principal;
+use super::principal::{along_written, principal};
 
 /// A surface of triangles, anticlockwise seen from outside; m.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TriangleMesh {
     pub vertices: Vec<DVec3>,
     pub triangles: Vec<[u32; 3]>,
@@ -26,6 +27,16 @@ pub enum MeshError {
     InsideOut { volume: f64 },
     /// Points of a convex hull that lie in a plane, or too few.
     Flat,
+    /// Two vertices so near to each other (m) that they were meant as one.
+    Doubled { at: DVec3, distance: f64 },
+    /// This triangle has no area; about here (m).
+    Sliver { triangle: usize, at: DVec3 },
+    /// More than two triangles meet in this side (m).
+    Shared { from: DVec3, to: DVec3, triangles: usize },
+    /// The surface hangs together in a point alone (m).
+    Pinched { at: DVec3 },
+    /// The surface goes through itself here (m).
+    Crossing { at: DVec3 },
 }
 
 impl std::fmt::Display for MeshError {
@@ -41,6 +52,15 @@ impl std::fmt::Display for MeshError {
                 write!(f, "the triangles face inwards: they enclose {volume} m³; turn them over")
             }
             Self::Flat => write!(f, "the points have no volume between them"),
+            Self::Doubled { at, distance } => {
+                write!(f, "two vertices at {at} (m) are {distance:.1e} m apart: they were meant as one")
+            }
+            Self::Sliver { triangle, at } => write!(f, "triangle {triangle} at {at} (m) has no area"),
+            Self::Shared { from, to, triangles } => {
+                write!(f, "{triangles} triangles meet in the side from {from} to {to} (m), where two belong")
+            }
+            Self::Pinched { at } => write!(f, "the surface hangs together in one point alone, at {at} (m)"),
+            Self::Crossing { at } => write!(f, "the surface goes through itself at {at} (m)"),
         }
     }
 }
@@ -62,6 +82,15 @@ pub struct MassProperties {
     pub axes: DQuat,
 }
 
+impl MassProperties {
+    /// The same with each principal axis named after the axis of the mesh that it lies nearest to, so that a body written in
+    /// its principal axes keeps them. Moments then stand in no order.
+    pub fn with_axes_as_written(mut self) -> Self {
+        (self.moments, self.axes) = along_written(self.inertia, self.moments, self.axes);
+        self
+    }
+}
+
 impl TriangleMesh {
     /// Refuses surfaces that are open or whose triangles do not face one way, with the first place found (in the order of
     /// triangles). Every side must be run along as often one way as the other.
@@ -69,16 +98,7 @@ impl TriangleMesh {
     /// # Errors
     /// See [`MeshError`].
     pub fn check(&self) -> Result<(), MeshError> {
-        let known = |t: &[u32; 3]| {
-            t.iter()
-                .all(|v| self.vertices.get(*v as usize).is_some_and(|p| p.is_finite() && p.abs().max_element() < 1e75))
-        };
-        if let Some(triangle) = self.triangles.iter().position(|t| !known(t)) {
-            return Err(MeshError::BadVertex { triangle });
-        }
-        if self.triangles.is_empty() {
-            return Err(MeshError::Empty);
-        }
+        self.check_places()?;
         // Sides with their lower vertex first, the way they are run along, and where they come from.
         let mut sides: Vec<(u32, u32, bool, usize)> = Vec::with_capacity(3 * self.triangles.len());
         for (i, t) in self.triangles.iter().enumerate() {
@@ -96,6 +116,21 @@ impl TriangleMesh {
         let [a, b] = [side[0].0, side[0].1].map(|v| self.vertices[v as usize]);
         let (from, to) = if side[0].2 { (a, b) } else { (b, a) };
         Err(if side.len() % 2 == 1 { MeshError::Open { from, to } } else { MeshError::TurnedOver { from, to } })
+    }
+
+    /// Refuses surfaces without triangles, and triangles without places.
+    pub(super) fn check_places(&self) -> Result<(), MeshError> {
+        let known = |t: &[u32; 3]| {
+            t.iter()
+                .all(|v| self.vertices.get(*v as usize).is_some_and(|p| p.is_finite() && p.abs().max_element() < 1e75))
+        };
+        if let Some(triangle) = self.triangles.iter().position(|t| !known(t)) {
+            return Err(MeshError::BadVertex { triangle });
+        }
+        if self.triangles.is_empty() {
+            return Err(MeshError::Empty);
+        }
+        Ok(())
     }
 
     /// Volume, centre and inertia of the uniform body inside, exact up to rounding: the sum over tetrahedra from a point

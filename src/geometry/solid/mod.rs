@@ -1,6 +1,9 @@
 //! Rigid shapes that a yarn or a cloth can meet, in body axes: the origin is the centre of mass, +z is where the nose
-//! looks. Every shape is convex, so its signed distance is convex too, and a segment has one deepest stretch.
+//! looks. Every shape but a [`Polyhedron`] that says otherwise is convex, so its signed distance is convex too, and a segment
+//! has one deepest stretch.
 
+mod closed;
+mod facets;
 mod frustum;
 mod fsp;
 mod mass;
@@ -10,7 +13,9 @@ mod polyhedron;
 mod principal;
 mod profile;
 mod segment;
+mod surface;
 
+pub use closed::Polyhedron;
 pub use frustum::Frustum;
 pub use fsp::Fsp;
 pub use mesh::{MassProperties, MeshError, TriangleMesh};
@@ -21,8 +26,8 @@ pub use segment::{SegmentContact, segment_contact};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-/// A convex body in its own axes; lengths in metres.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+/// A body in its own axes; lengths in metres.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Solid {
     /// A mass point: no extent, no inertia.
@@ -55,6 +60,8 @@ pub enum Solid {
     Fsp(Fsp),
     /// A pyramid without its top; see [`Frustum`].
     Frustum(Frustum),
+    /// A hull of points, or a mesh; see [`Polyhedron`].
+    Polyhedron(Polyhedron),
 }
 
 /// A shape whose numbers do not describe a body.
@@ -102,10 +109,11 @@ fn positive(what: &'static str, value: f64) -> Result<(), SolidError> {
 }
 
 impl Solid {
-    /// Says whether the numbers describe a body. `Ogive`, `Fsp` and `Frustum` were checked when they were made.
+    /// Says whether the numbers describe a body. `Ogive`, `Fsp`, `Frustum` and `Polyhedron` were checked when they
+    /// were made.
     pub fn check(&self) -> Result<(), SolidError> {
         match *self {
-            Self::Point | Self::Ogive(_) | Self::Fsp(_) | Self::Frustum(_) => Ok(()),
+            Self::Point | Self::Ogive(_) | Self::Fsp(_) | Self::Frustum(_) | Self::Polyhedron(_) => Ok(()),
             Self::Sphere { radius } => positive("radius", radius),
             Self::Box { half } => {
                 positive("size along x", half.x)?;
@@ -153,6 +161,7 @@ impl Solid {
             Self::Ogive(ogive) => profile::revolve(p, |rho, z| ogive.near_profile(rho, z)),
             Self::Fsp(fsp) => fsp.near(p),
             Self::Frustum(frustum) => frustum.near(p),
+            Self::Polyhedron(body) => body.near(p),
         }
     }
 
@@ -181,6 +190,7 @@ impl Solid {
             }
             Self::Fsp(fsp) => fsp.support(dir),
             Self::Frustum(frustum) => frustum.support(dir),
+            Self::Polyhedron(body) => body.support(dir),
         }
     }
 
@@ -196,6 +206,7 @@ impl Solid {
             Self::Ogive(ogive) => ogive.bounding_radius(),
             Self::Fsp(fsp) => fsp.bounding_radius(),
             Self::Frustum(frustum) => frustum.bounding_radius(),
+            Self::Polyhedron(body) => body.bounding_radius(),
         }
     }
 
@@ -206,9 +217,12 @@ impl Solid {
         (0.5 * (top + bottom), 0.5 * (top - bottom))
     }
 
-    /// All shapes here are convex; a mesh that is not would answer false.
-    pub const fn is_convex(&self) -> bool {
-        true
+    /// A mesh may be otherwise; all other shapes are.
+    pub fn is_convex(&self) -> bool {
+        match self {
+            Self::Polyhedron(body) => body.is_convex(),
+            _ => true,
+        }
     }
 
     /// Volume, m³.
@@ -223,6 +237,8 @@ impl Solid {
     }
 }
 
+#[cfg(test)]
+mod closed_tests;
 #[cfg(test)]
 mod mesh_tests;
 #[cfg(test)]

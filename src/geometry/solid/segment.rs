@@ -26,6 +26,7 @@ pub fn segment_contact(a: DVec3, b: DVec3, solid: &Solid) -> SegmentContact {
         Solid::Point => ball(a, b, 0.0),
         Solid::Sphere { radius } => ball(a, b, *radius),
         Solid::Capsule { radius, half_height } => capsule(a, b, *radius, *half_height),
+        Solid::Polyhedron(body) => body.segment(a, b),
         _ => convex(a, b, solid),
     }
 }

@@ -13,7 +13,15 @@ fn all() -> Vec<Solid> {
         Solid::Fsp(Fsp::new(0.5, 1.1, 0.2, 0.7).unwrap()),
         Solid::Frustum(Frustum::new(6, 0.5, 0.2, 0.9).unwrap()),
         Solid::Frustum(Frustum::new(3, 0.1, 0.57, 0.83).unwrap()),
+        hull(),
     ]
+}
+
+/// The hull of a few scattered points.
+fn hull() -> Solid {
+    let mut numbers = crate::geometry::random::Numbers(11);
+    let points: Vec<DVec3> = (0..24).map(|_| 0.8 * numbers.vector()).collect();
+    Solid::Polyhedron(Polyhedron::new(&convex_hull(&points).unwrap()).unwrap().0)
 }
 
 fn point(reach: f64) -> impl Strategy<Value = DVec3> {

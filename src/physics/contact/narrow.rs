@@ -419,7 +419,7 @@ pub(super) struct BodyFrame {
 impl BodyFrame {
     pub fn new(bodies: &Bodies, index: u32) -> Self {
         let b = index as usize;
-        let solid = bodies.solids[b];
+        let solid = bodies.solids[b].clone();
         let (bounds_middle, half) = solid.bounding_box();
         let (position, turn) = (bodies.position[b], bodies.turn[b]);
         Self { index, solid, bounds: Solid::Box { half }, bounds_middle, position, turn }

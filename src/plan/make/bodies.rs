@@ -4,7 +4,7 @@ use glam::{DQuat, DVec3};
 
 use crate::diagnostics::Diagnostic;
 use crate::geometry::Solid;
-use crate::geometry::solid::{Frustum, Fsp, Ogive};
+use crate::geometry::solid::{Frustum, Fsp, MassProperties, MeshError, Ogive, Polyhedron, TriangleMesh, convex_hull};
 use crate::plan::{BodyRecipe, Domain, Recipe, Topology};
 use crate::scene::{Body, Given, Item, ItemBody, Mass, Shape};
 
@@ -46,8 +46,8 @@ impl Maker<'_> {
     fn body_recipe(&mut self, item: &Item, body: &Body) -> Option<BodyRecipe> {
         let origin = self.written(item.span);
         let path = |field: &str| format!("{}.{field}", item.name);
-        let solid = self.solid(item, &body.shape)?;
-        self.take(path("shape"), &body.shape, format!("{:?}", body.shape.value).to_lowercase());
+        let Formed { solid, axes, told } = self.solid(item, &body.shape)?;
+        self.take(path("shape"), &body.shape, told);
         let (mass, fixed) = match &body.mass {
             Mass::Mass(given) => {
                 self.take(path("mass"), given, format!("{} g", **given * 1e3));
@@ -93,12 +93,12 @@ impl Maker<'_> {
         self.take(path("velocity"), &body.velocity, format!("[{x}, {y}, {z}] m/s"));
         let [x, y, z] = body.spin.value;
         self.take(path("spin"), &body.spin, format!("[{x}, {y}, {z}] rad/s"));
-        let turn = self.turn_of(item, body)?;
+        let turn = self.turn_of(item, body, axes)?;
         Some(BodyRecipe {
             name: item.name.clone(),
-            solid,
             mass,
             inertia: solid.inertia(mass).to_array(),
+            solid,
             position,
             turn: turn.to_array(),
             velocity,
@@ -108,8 +108,9 @@ impl Maker<'_> {
         })
     }
 
-    /// Body axes to scene: the nose (+z of the body) looks along `points`, then `turn` turns it.
-    pub(super) fn turn_of(&mut self, item: &Item, body: &Body) -> Option<DQuat> {
+    /// Body axes to scene: from the shape's own axes to those it is written in, then the nose (+z) looks along `points`, then
+    /// `turn` turns it.
+    pub(super) fn turn_of(&mut self, item: &Item, body: &Body, axes: DQuat) -> Option<DQuat> {
         let Some(points) = DVec3::from_array(*body.points).try_normalize() else {
             self.diagnostics.push(Diagnostic::error(
                 "E0724",
@@ -120,10 +121,11 @@ impl Maker<'_> {
             return None;
         };
         let [x, y, z, w] = *body.turn;
-        Some((DQuat::from_xyzw(x, y, z, w) * DQuat::from_rotation_arc(DVec3::Z, points)).normalize())
+        Some((DQuat::from_xyzw(x, y, z, w) * DQuat::from_rotation_arc(DVec3::Z, points) * axes).normalize())
     }
 
-    pub(super) fn solid(&mut self, item: &Item, shape: &Given<Shape>) -> Option<Solid> {
+    /// The solid that a shape means, in its principal axes about its centre of mass.
+    pub(super) fn solid(&mut self, item: &Item, shape: &Given<Shape>) -> Option<Formed> {
         let solid = match &shape.value {
             Shape::Sphere { radius } => Ok(Solid::Sphere { radius: *radius }),
             Shape::Box { size } => Ok(Solid::Box { half: DVec3::from_array(*size) * 0.5 }),
@@ -138,20 +140,95 @@ impl Maker<'_> {
             Shape::Frustum { sides, bottom, top, height } => {
                 Frustum::new(*sides, *bottom, *top, *height).map(Solid::Frustum)
             }
-            Shape::Point => Ok(Solid::Point),
-            Shape::Other(name) => {
-                let message = format!("a body of shape `{name}` is not available yet");
-                self.diagnostics.push(Diagnostic::error("E0858", message, shape.span(), "cannot run"));
-                return None;
+            Shape::Convex { places, file } => return self.hull(item, shape, places, file.as_deref()),
+            Shape::Mesh { file, vertices, triangles } => {
+                let vertices = vertices.iter().copied().map(DVec3::from_array).collect();
+                return self.surface(item, shape, &TriangleMesh { vertices, triangles: triangles.clone() }, file);
             }
+            Shape::Point => Ok(Solid::Point),
         };
         match solid.and_then(|solid| solid.check().map(|()| solid)) {
-            Ok(solid) => Some(solid),
+            Ok(solid) => {
+                let told = format!("{:?}", shape.value).to_lowercase();
+                Some(Formed { solid, axes: DQuat::IDENTITY, told })
+            }
             Err(error) => {
                 let message = format!("the shape of `{}` is none: {error}", item.name);
                 self.diagnostics.push(Diagnostic::error("E0725", message, shape.span(), "has no extent"));
                 None
             }
         }
+    }
+
+    fn hull(&mut self, item: &Item, shape: &Given<Shape>, points: &[[f64; 3]], file: Option<&str>) -> Option<Formed> {
+        let points: Vec<DVec3> = points.iter().copied().map(DVec3::from_array).collect();
+        let made = convex_hull(&points).and_then(|hull| Polyhedron::new(&hull));
+        match made {
+            Ok((body, mass)) => {
+                let from = file.map_or(String::new(), |file| format!(" of \"{file}\""));
+                Some(Formed::of(format!("hull of {} points{from}", points.len()), body, &mass))
+            }
+            Err(error) => {
+                let message = format!("the points of `{}` span no body: {error}", item.name);
+                let label = if points.len() < 4 { "four points are needed at least" } else { "no hull" };
+                let found = Diagnostic::error("E0729", message, shape.span(), label)
+                    .note("A hull needs four points at least that do not all lie in one plane, and none nearly twice.");
+                self.diagnostics.push(found);
+                None
+            }
+        }
+    }
+
+    fn surface(&mut self, item: &Item, shape: &Given<Shape>, mesh: &TriangleMesh, file: &str) -> Option<Formed> {
+        match Polyhedron::new(mesh) {
+            Ok((body, mass)) => Some(Formed::of(format!("mesh \"{file}\""), body, &mass)),
+            Err(error) => {
+                let message = format!("the surface in `{file}` encloses no body: {error}");
+                let found = Diagnostic::error("E0728", message, shape.span(), format!("the shape of `{}`", item.name))
+                    .note(advice(&error));
+                self.diagnostics.push(found);
+                None
+            }
+        }
+    }
+}
+
+/// A shape as a solid.
+pub(super) struct Formed {
+    pub solid: Solid,
+    /// Turns its principal axes into those that it is written in.
+    pub axes: DQuat,
+    /// What the plan says of it.
+    pub told: String,
+}
+
+impl Formed {
+    fn of(what: String, body: Polyhedron, mass: &MassProperties) -> Self {
+        let form = if body.is_convex() { "convex" } else { "not convex" };
+        let (triangles, [x, y, z]) = (body.mesh().triangles.len(), (mass.centre * 1e3).to_array());
+        let told = format!(
+            "{what}: {triangles} triangles, {form}, {:.6e} m^3, centre of mass at [{x:.6}, {y:.6}, {z:.6}] mm of its own axes",
+            mass.volume
+        );
+        Self { solid: Solid::Polyhedron(body), axes: mass.axes, told }
+    }
+}
+
+/// How a surface is mended.
+fn advice(error: &MeshError) -> &'static str {
+    match error {
+        MeshError::Open { .. } => {
+            "Close the hole: every side belongs to two triangles. `convex(of = mesh(…))` is closed always."
+        }
+        MeshError::TurnedOver { .. } | MeshError::InsideOut { .. } => {
+            "Seen from outside the vertices of every triangle run anticlockwise."
+        }
+        MeshError::Doubled { .. } => "Merge vertices that were meant as one before the file is written.",
+        MeshError::Sliver { .. } => "Leave triangles without area out, and merge the vertices that made them.",
+        MeshError::Shared { .. } | MeshError::Pinched { .. } => {
+            "Bodies that touch along a side or in a point are written as bodies of their own, or made one with a wall between."
+        }
+        MeshError::Crossing { .. } => "Unite what overlaps into one surface before the file is written.",
+        MeshError::Empty | MeshError::BadVertex { .. } | MeshError::Flat => "The file needs triangles with an area.",
     }
 }

@@ -1,7 +1,7 @@
 //! Which pairs may touch, and how: everything touches everything unless a `contact` block says otherwise.
 
 use crate::diagnostics::Diagnostic;
-use crate::plan::{ContactRule, ContactSide, ContactVariant, NetSkin, OriginId};
+use crate::plan::{ContactRule, ContactSide, ContactVariant, NetSkin, OriginId, Recipe};
 use crate::scene::{Contact, ContactModel, Item, ItemBody, ItemId, Selection};
 
 use super::Maker;
@@ -44,6 +44,7 @@ impl Maker<'_> {
             let subject = self.pair_name(between);
             self.decide("contact", &subject, false, "excluded by `model = none`", vec![origin]);
         }
+        self.refuse_dents(&rules);
         let kept: Vec<_> = rules.iter().map(|rule| (rule.between, rule.boxed, rule.origin)).collect();
         for (between, boxed, origin) in kept {
             let subject = self.pair_name(between);
@@ -54,6 +55,47 @@ impl Maker<'_> {
         let of_yarns = |rule: &ContactRule| matches!(rule.between[0], ContactSide::Chains(_)) && !of_net(rule);
         let (yarns, net_rules): (Vec<_>, Vec<_>) = rules.into_iter().partition(of_yarns);
         Contacts { yarns, net: net_rules, skins: net.skins }
+    }
+
+    /// Bodies whose surface is not convex meet sheets and lines; what else could touch one is refused at its shape.
+    fn refuse_dents(&mut self, rules: &[ContactRule]) {
+        let recipes = self.body.domains.iter().find_map(|domain| match &domain.recipe {
+            Recipe::Bodies(recipes) => Some(recipes),
+            _ => None,
+        });
+        let Some(recipes) = recipes else { return };
+        let mut refused: Vec<(u32, Vec<ContactSide>)> = Vec::new();
+        for rule in rules.iter().filter(|rule| !rule.boxed) {
+            let [a, b] = rule.between;
+            let still = |side| matches!(side, ContactSide::Body(k) if recipes[k as usize].fixed);
+            for (one, other) in [(a, b), (b, a)] {
+                let ContactSide::Body(body) = one else { continue };
+                let known = matches!(other, ContactSide::Net(_)) || still(a) && still(b);
+                if known || recipes[body as usize].solid.is_convex() {
+                    continue;
+                }
+                match refused.iter_mut().find(|(k, _)| *k == body) {
+                    Some((_, others)) => others.push(other),
+                    None => refused.push((body, vec![other])),
+                }
+            }
+        }
+        for (body, others) in refused {
+            let Some(at) = self.item_of(ContactSide::Body(body)) else { continue };
+            let item = &self.scene.items[at];
+            let ItemBody::Body(of) = &item.body else { continue };
+            let name = &item.name;
+            let others: Vec<String> = others.into_iter().map(|other| self.side_name(other)).collect();
+            let list: Vec<String> = others.iter().map(|other| format!("`{other}`")).collect();
+            let message = format!("`{name}` is not convex, and may touch {}", list.join(", "));
+            let found = Diagnostic::error("E0858", message, of.shape.span(), "only sheets and lines meet such a shape")
+                .note(format!(
+                    "Leave such contact out, `contact apart {{ between = [{name}, {}]; model = none }}`, or take its hull: \
+                     `convex(of = mesh(…))`.",
+                    others[0]
+                ));
+            self.diagnostics.push(found);
+        }
     }
 
     fn default_rules(&mut self) -> Vec<ContactRule> {

@@ -3,6 +3,7 @@
 use glam::{DQuat, DVec3};
 
 use crate::diagnostics::{Diagnostic, Span};
+use crate::geometry::Solid;
 use crate::plan::{DomainId, Join, PointRef, Recipe};
 use crate::scene::{Body, How, Item, ItemBody, ItemId, Mass, Shape, Spot};
 
@@ -70,17 +71,22 @@ impl Maker<'_> {
         if body.shape.value == Shape::Point {
             return DVec3::ZERO;
         }
-        let known = self.diagnostics.len();
-        let solid = self.solid(item, &body.shape);
-        let turn = self.turn_of(item, body);
-        // The body's own recipe tells what is wrong with its shape.
-        self.diagnostics.truncate(known);
-        let (Some(solid), Some(turn)) = (solid, turn) else { return DVec3::ZERO };
+        let Some((solid, turn)) = self.turned_solid(item, body) else { return DVec3::ZERO };
         let top = turn * solid.support(turn.inverse() * DVec3::Z);
         // Of a flat top the middle, so that the body hangs straight.
         let below = turn * solid.support(turn.inverse() * DVec3::new(1e-9, 0.0, 1.0));
         let beside = turn * solid.support(turn.inverse() * DVec3::new(-1e-9, 0.0, 1.0));
         if (below - beside).length() > 1e-6 * top.length() { DVec3::new(0.0, 0.0, top.z) } else { top }
+    }
+
+    /// A body's solid, and how it is turned at the start.
+    fn turned_solid(&mut self, item: &Item, body: &Body) -> Option<(Solid, DQuat)> {
+        let known = self.diagnostics.len();
+        let formed = self.solid(item, &body.shape);
+        let turned = formed.and_then(|formed| Some((formed.solid, self.turn_of(item, body, formed.axes)?)));
+        // The body's own recipe tells what is wrong with its shape.
+        self.diagnostics.truncate(known);
+        turned
     }
 
     fn anchor_velocity(&self, anchor: Anchor) -> [f64; 3] {
@@ -136,7 +142,7 @@ impl Maker<'_> {
             else {
                 continue;
             };
-            let turn = self.turn_of(item, body).unwrap_or(DQuat::IDENTITY);
+            let turn = self.turned_solid(item, body).map_or(DQuat::IDENTITY, |(_, turn)| turn);
             let to = PointRef::Body { body: index, arm: (turn.inverse() * (hook - place)).to_array() };
             self.body.joins.push(Join::Tie { name, domain, node, to, origin });
         }

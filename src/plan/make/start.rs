@@ -59,7 +59,7 @@ impl Placed {
     fn new(recipe: &BodyRecipe, boxed: bool) -> Self {
         let (position, turn) = (DVec3::from_array(recipe.position), DQuat::from_array(recipe.turn));
         let (middle, half) = recipe.solid.bounding_box();
-        let (solid, middle) = if boxed { (Solid::Box { half }, middle) } else { (recipe.solid, DVec3::ZERO) };
+        let (solid, middle) = if boxed { (Solid::Box { half }, middle) } else { (recipe.solid.clone(), DVec3::ZERO) };
         Self { solid, centre: position + turn * middle, back: turn.inverse() }
     }
 

@@ -153,7 +153,7 @@ fn body_box(body: &Placed) -> Aabb {
 fn place(body: &BodyFrame, pixel: f64) -> Placed {
     let radius = body.solid.bounding_radius();
     if radius > 0.0 {
-        Placed { solid: body.solid, position: body.position, turn: body.turn, radius }
+        Placed { solid: body.solid.clone(), position: body.position, turn: body.turn, radius }
     } else {
         placed_ball(body.position, POINT * pixel)
     }
@@ -180,6 +180,10 @@ fn cast_body(body: &Placed, origin: DVec3, direction: DVec3, after: f64, before:
     let close = 1e-5 * body.radius;
     let mut distance = after.max(middle - half.sqrt());
     let end = before.min(middle + half.sqrt());
+    if let Solid::Polyhedron(surface) = &body.solid {
+        let (distance, normal) = surface.first_along(o, d, distance, end)?;
+        return Some(Hit { distance, normal: body.turn * normal, strain: None, cut: false });
+    }
     for _ in 0..96 {
         if distance > end {
             return None;

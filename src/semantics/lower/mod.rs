@@ -5,6 +5,7 @@
 mod de;
 mod draft;
 mod pieces;
+mod shapes;
 mod threads;
 
 use crate::diagnostics::{Diagnostic, Span};
@@ -69,6 +70,7 @@ impl Elaborator<'_> {
             "weave" => self.with_threads(object)?,
             "cloth" => self.with_fabric(object),
             "gore" => self.with_stations(object)?,
+            "body" => self.with_surface(object)?,
             _ => object.clone(),
         };
         let lowered = self.lowered(struct_kind, &prepared);

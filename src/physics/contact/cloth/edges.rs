@@ -11,6 +11,7 @@ use crate::geometry::solid::{SegmentContact, segment_contact};
 pub(super) fn segment_near(a: DVec3, b: DVec3, solid: &Solid) -> SegmentContact {
     match solid {
         Solid::Box { half } => segment_box(a, b, *half, solid),
+        Solid::Polyhedron(_) => segment_contact(a, b, solid),
         _ => {
             let found = segment_contact(a, b, solid);
             if found.distance < 0.0 { deeper(found, a, b, solid) } else { found }

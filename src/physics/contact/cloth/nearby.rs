@@ -27,7 +27,11 @@ impl Plane {
     /// Below any distance: nothing is known.
     pub const UNKNOWN: Self = Self { normal: DVec3::ZERO, offset: f64::NEG_INFINITY };
 
-    pub fn at(place: DVec3, near: &Near) -> Self {
+    /// The tangent plane at a place. A body that is not convex has none below its distance.
+    pub fn at(solid: &Solid, place: DVec3, near: &Near) -> Self {
+        if !solid.is_convex() {
+            return Self::UNKNOWN;
+        }
         Self { normal: near.normal, offset: near.distance - near.normal.dot(place) }
     }
 
@@ -219,7 +223,7 @@ impl Nearby {
             n.near = None;
             if n.floor.over(n.start) <= thickness + n.reach {
                 let near = solid.near(n.start);
-                n.floor = Plane::at(n.start, &near);
+                n.floor = Plane::at(solid, n.start, &near);
                 n.near = Some(near);
             }
         };
@@ -304,6 +308,14 @@ impl NearElement {
         };
         let least = least + bend;
         self.some_plane(nodes, |plane| plane.least(start) >= least && plane.least(end) >= least)
+    }
+
+    /// A lower bound of the distance at the start of the step from what is known of the corners alone, m: it needs no convex
+    /// body, for no point of a triangle is farther from its nearest corner than the longest side over √3.
+    pub fn corner_bound(&self, nodes: &[NearNode], x: [DVec3; 3]) -> f64 {
+        let least = self.nears(nodes).into_iter().map(|near| near.map_or(f64::NEG_INFINITY, |n| n.distance));
+        let longest = (x[1] - x[0]).length_squared().max((x[2] - x[1]).length_squared());
+        least.fold(f64::INFINITY, f64::min) - (longest.max((x[0] - x[2]).length_squared()) / 3.0).sqrt()
     }
 
     #[inline]

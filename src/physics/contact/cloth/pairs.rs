@@ -61,6 +61,10 @@ impl Skeleton {
                     s.segments.extend([[k, (k + 1) % n], [k, n + k], [n + k, n + (k + 1) % n]]);
                 }
             }
+            Solid::Polyhedron(body) => {
+                s.points.clone_from(&body.mesh().vertices);
+                s.segments = body.sharp_sides();
+            }
             Solid::Ogive(_) | Solid::Fsp(_) => {
                 for k in 0..64 {
                     let z = 1.0 - (2.0 * f64::from(k) + 1.0) / 64.0;
@@ -166,6 +170,7 @@ impl BodyMeet<'_> {
                 break;
             }
             let (pose, solid) = (&self.courses[host].start, self.solids[host]);
+            let far = reach + skeleton.radius + self.courses[host].radius;
             let local = |k: u32| pose.local(self.courses[guest].start.place(skeleton.points[k as usize]));
             let sign = if host == 0 { -1.0 } else { 1.0 };
             let mut add = |feature: usize, p: DVec3, distance: f64, normal: DVec3| {
@@ -178,6 +183,10 @@ impl BodyMeet<'_> {
             };
             for k in 0..skeleton.points.len() {
                 let p = local(k as u32);
+                // Within the ball around the host it may be near.
+                if p.length_squared() > far * far {
+                    continue;
+                }
                 let near = solid.near(p);
                 add(k, p, near.distance, near.normal);
             }

@@ -84,7 +84,10 @@ pub(super) fn element_near_from(x: [DVec3; 3], known: [Option<Near>; 3], is_face
     };
     for k in 0..count {
         let next = (k + 1) % 3;
-        let side = segment_near(x[k], x[next], solid);
+        let side = match solid {
+            Solid::Polyhedron(body) => body.segment_between(x[k], x[next], [corners[k], corners[next]]),
+            _ => segment_near(x[k], x[next], solid),
+        };
         out.sides[k] = side;
         if side.distance < out.near.distance {
             out.near = Near { distance: side.distance, normal: side.normal };
@@ -118,8 +121,18 @@ fn inside(x: [DVec3; 3], solid: &Solid, out: &mut ElementNear) {
     // The distance is convex over the face: if it does not fall inwards from the nearest place of the sides, that is it.
     // Inside the solid it has kinks, and its slope there proves nothing.
     let place: DVec3 = (0..3).map(|k| x[k] * out.weights[k]).sum();
+    let is_convex = solid.is_convex();
     let falls = |to: DVec3| out.near.normal.dot(to - place) < -1e-9 * (to - place).length();
-    if out.near.distance > 0.0 && !(falls(x[0]) || falls(x[1]) || falls(x[2])) {
+    if is_convex && out.near.distance > 0.0 && !(falls(x[0]) || falls(x[1]) || falls(x[2])) {
+        return;
+    }
+    if let Solid::Polyhedron(body) = solid
+        && (!is_convex || out.near.distance > 0.0)
+        && let Ok(found) = body.inside_triangle(x, out.near.distance)
+    {
+        if let Some((weights, near)) = found {
+            (out.weights, out.near, out.inside) = (weights, near, true);
+        }
         return;
     }
     let found = slices(x, solid);
@@ -201,7 +214,7 @@ pub(super) fn element_meets(
 mod tests {
     use super::*;
     use crate::geometry::random::Numbers;
-    use crate::geometry::solid::Frustum;
+    use crate::geometry::solid::{Frustum, Polyhedron, convex_hull};
 
     /// The least distance of a triangle by samples, refined around the best.
     fn sampled(x: [DVec3; 3], solid: &Solid) -> f64 {
@@ -225,6 +238,19 @@ mod tests {
         best
     }
 
+    fn hull() -> Solid {
+        let mut numbers = Numbers(3);
+        let points: Vec<DVec3> = (0..20).map(|_| 0.4 * numbers.vector()).collect();
+        Solid::Polyhedron(Polyhedron::new(&convex_hull(&points).unwrap()).unwrap().0)
+    }
+
+    /// An L of three cubes of 0.3 m.
+    fn step() -> Solid {
+        let text = include_str!("../../../../tests/data/ell.obj");
+        let surface = crate::geometry::obj::read(text, 0.3).unwrap();
+        Solid::Polyhedron(Polyhedron::new(&surface).unwrap().0)
+    }
+
     /// Triangles over corners, edges and sides of all shapes, mostly just outside: no sample lies nearer than the answer.
     #[test]
     fn no_place_of_a_triangle_is_nearer_than_the_one_found() {
@@ -235,15 +261,23 @@ mod tests {
             Solid::Capsule { radius: 0.2, half_height: 0.4 },
             Solid::Sphere { radius: 0.4 },
             Solid::Frustum(Frustum::new(6, 0.4, 0.2, 0.7).unwrap()),
+            hull(),
+            step(),
         ];
         let mut numbers = Numbers(7);
         let mut worst = 0.0_f64;
         for round in 0..4000 {
-            let solid = solids[round % solids.len()];
+            let solid = solids[round % solids.len()].clone();
             // A triangle around a place near the surface, in a plane that leans on it.
             let way = numbers.vector().normalize_or(DVec3::X);
-            let touched =
+            let mut touched =
                 solid.support((way + 0.2 * numbers.vector()).normalize_or(DVec3::X)) + way * 0.02 * numbers.number();
+            if !solid.is_convex() && round % 2 == 0 {
+                // Over a wall of the dent too, which no support reaches.
+                touched = 0.4 * numbers.vector();
+                let near = solid.near(touched);
+                touched -= near.normal * (near.distance - 0.02 * numbers.share());
+            }
             let (e, f) = way.any_orthonormal_pair();
             let mut corner =
                 || touched + 0.3 * (numbers.number() * e + numbers.number() * f) + 0.02 * numbers.number() * way;
@@ -253,6 +287,11 @@ mod tests {
             }
             let found = element_near(x, true, &solid).near.distance;
             let least = sampled(x, &solid);
+            if !solid.is_convex() && least < 1e-3 {
+                // Where a dented surface goes through it, the way in matters, not the deepest place of all.
+                assert!(found < 2e-3, "{solid:?} {x:?}: {found} against {least}");
+                continue;
+            }
             worst = worst.max(found - least);
             assert!(found - least < 1e-8, "{solid:?} {x:?}: {found} against {least}");
         }

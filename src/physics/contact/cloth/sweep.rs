@@ -234,12 +234,20 @@ fn body_pair(scene: &Scene<'_>, pair: &BodyPair, nodes: &[NearNode], known: &mut
     if known.clears_over(nodes, course, from, to, (1.0 - BODY.slack) * thickness) {
         return;
     }
+    if !solid.is_convex() {
+        // Planes tell nothing of it, but how far it is and how far the two may close do.
+        let closing = known.corners.iter().map(|c| nodes[*c as usize].reach).fold(0.0, f64::max);
+        let start = known.distance.unwrap_or(f64::NEG_INFINITY).max(known.corner_bound(nodes, from));
+        if start - closing >= thickness {
+            return;
+        }
+    }
     found.tests += 1;
     let is_face = element.is_face();
     let place = |x: [DVec3; 3], weights: [f64; 3]| -> DVec3 { (0..3).map(|k| x[k] * weights[k]).sum() };
     let distance = known.distance.unwrap_or_else(|| {
         let near = element_near_from(from, known.nears(nodes), is_face, solid);
-        known.floor = Plane::at(place(from, near.weights), &near.near);
+        known.floor = Plane::at(solid, place(from, near.weights), &near.near);
         near.near.distance
     });
     known.distance = Some(distance);
@@ -260,7 +268,7 @@ fn body_pair(scene: &Scene<'_>, pair: &BodyPair, nodes: &[NearNode], known: &mut
             let last = element_near(to, is_face, solid);
             if last.near.distance >= wanted {
                 // The next look at this step starts from where this one saw it end.
-                known.floor = Plane::at(place(to, last.weights), &last.near);
+                known.floor = Plane::at(solid, place(to, last.weights), &last.near);
                 return;
             }
             1.0

@@ -65,8 +65,11 @@ impl Scene<'_> {
         if known.clears(nodes, x, thickness + reach) {
             return;
         }
-        found.tests += 1;
         let (solid, pose) = (&self.solids[pair.body as usize], &self.courses[pair.body as usize].start);
+        if !solid.is_convex() && known.corner_bound(nodes, x) >= thickness + reach {
+            return;
+        }
+        found.tests += 1;
         // What decides about a row must not depend on when a plane was taken: a corner counts within its own reach only.
         let mut lowest = f64::INFINITY;
         for k in 0..3 {
@@ -87,7 +90,7 @@ impl Scene<'_> {
         }
         let near = element_near_from(x, known.nears(nodes), element.is_face(), solid);
         known.distance = Some(near.near.distance);
-        known.floor = Plane::at((0..3).map(|k| x[k] * near.weights[k]).sum(), &near.near);
+        known.floor = Plane::at(solid, (0..3).map(|k| x[k] * near.weights[k]).sum(), &near.near);
         if near.near.distance < deeper && near.near.distance <= thickness + reach {
             self.inner_rows(pair, element, &near, thickness, reach, x, &mut found.rows);
         }
