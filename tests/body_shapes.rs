@@ -228,6 +228,39 @@ fn a_hull_hangs_and_swings_as_its_box() {
     assert!(off < 1e-10, "{off}");
 }
 
+/// A lug turns with its body, along the axes in which the shape is written, whatever its principal axes are; one at the top
+/// is where `hangs_from` ties.
+#[test]
+fn a_lug_lies_where_it_is_written() {
+    let scene = |shape: &str, lug: &str, at: &str, rest: &str| {
+        outcome(&format!(
+            "cord stiff {{ linear_density = 20 g/m; stiffness = 20 kN }}
+             body load {{ shape = {shape}; mass = 2 kg; position = [0.1, 0, -0.5] m; lugs = [{lug}] mm; {rest} }}
+             line rope {{ cord = stiff; between = [[0, 0, 0] m, {at}]; cell = 0.1 m }}
+             fix hook {{ what = rope.tips[0] }}
+             run swing {{ duration = 100 ms; step = 20 us }}"
+        ))
+    };
+    let turned = "turn = [20, 30, 40] deg; spin = [0, 0, 1] rad/s";
+    let boxed = scene("box([60, 100, 80] mm)", "[30, -50, 40]", "load.lug[0]", turned);
+    let hull = format!("convex(points = [{}] mm)", corners(60.0, 100.0, 80.0));
+    let off = farthest(&boxed, &scene(&hull, "[30, -50, 40]", "load.lug[0]", turned));
+    assert!(off < 1e-10, "{off}");
+    let elsewhere = farthest(&boxed, &scene("box([60, 100, 80] mm)", "[30, 50, 40]", "load.lug[0]", turned));
+    assert!(elsewhere > 1e-3, "another lug makes no difference: {elsewhere}");
+
+    let by_lug = scene("box([60, 100, 80] mm)", "[0, 0, 40]", "load.lug[0]", "");
+    let by_top = outcome(
+        "cord stiff { linear_density = 20 g/m; stiffness = 20 kN }
+         line rope { cord = stiff; between = [[0, 0, 0] m, [0.1, 0, -0.46] m]; cell = 0.1 m }
+         body load { shape = box([60, 100, 80] mm); mass = 2 kg; hangs_from = rope.tips[1] }
+         fix hook { what = rope.tips[0] }
+         run swing { duration = 100 ms; step = 20 us }",
+    );
+    let off = farthest(&by_lug, &by_top);
+    assert!(off < 1e-12, "{off}");
+}
+
 /// Plans carry the triangles: a plan read back runs to the same bits.
 #[test]
 fn a_plan_with_a_mesh_survives_its_text() {

@@ -20,6 +20,8 @@ pub struct Body {
     pub hangs_from: Option<Given<Spot>>,
     /// Drag over dynamic pressure, m².
     pub drag_area: Option<Given<f64>>,
+    /// Places for lines, m: from the centre of mass, along the axes of its shape as written.
+    pub lugs: Option<Given<Vec<[f64; 3]>>>,
 }
 
 /// `one of { mass; density; fixed }`: kg, kg/m³, or held still.

@@ -93,6 +93,9 @@ impl Maker<'_> {
         self.take(path("velocity"), &body.velocity, format!("[{x}, {y}, {z}] m/s"));
         let [x, y, z] = body.spin.value;
         self.take(path("spin"), &body.spin, format!("[{x}, {y}, {z}] rad/s"));
+        if let Some(lugs) = &body.lugs {
+            self.take(path("lugs"), lugs, self.sources.text(lugs.span()).to_owned());
+        }
         let turn = self.turn_of(item, body, axes)?;
         Some(BodyRecipe {
             name: item.name.clone(),

@@ -17,6 +17,13 @@ const AGREES: f64 = 1e-6;
 impl Maker<'_> {
     /// Mass of a body that is a point, kg.
     pub(super) fn point_mass(&mut self, item: &Item, body: &Body) -> Option<f64> {
+        if let Some(lugs) = &body.lugs {
+            let message = format!("`{}` is a point, which has no places to tie lines to", item.name);
+            let found = Diagnostic::error("E0754", message, lugs.span(), "lugs of a point")
+                .note("Tie the lines to its `centre`, or give it a shape.");
+            self.diagnostics.push(found);
+            return None;
+        }
         if let Mass::Mass(given) = &body.mass {
             self.take_each(item, "mass", given, format!("{} kg", **given));
             return self.positive("mass", &item.name, given).then_some(**given);
@@ -89,10 +96,22 @@ impl Maker<'_> {
         turned
     }
 
+    /// A lug of a body about its centre of mass, m: along the scene's axes at the start, and along the body's own.
+    pub(super) fn lug_of(&mut self, item: &Item, body: &Body, lug: Option<u32>) -> [DVec3; 2] {
+        let lug = lug.zip(body.lugs.as_ref()).and_then(|(lug, lugs)| lugs.value.get(lug as usize));
+        let Some(lug) = lug.copied().map(DVec3::from_array) else { return [DVec3::ZERO; 2] };
+        let known = self.diagnostics.len();
+        let as_written = self.turn_of(item, body, DQuat::IDENTITY).unwrap_or(DQuat::IDENTITY);
+        self.diagnostics.truncate(known);
+        let turn = self.turned_solid(item, body).map_or(as_written, |(_, turn)| turn);
+        let place = as_written * lug;
+        [place, turn.inverse() * place]
+    }
+
     fn anchor_velocity(&self, anchor: Anchor) -> [f64; 3] {
         let domain = match anchor {
             Anchor::Sheet { sheet, .. } => self.sheet_piece(sheet).map(|piece| piece.domain),
-            Anchor::Line { item, .. } | Anchor::Body(item) => self.net_domain(item),
+            Anchor::Line { item, .. } | Anchor::Body { item, .. } => self.net_domain(item),
             Anchor::Confluence(canopy) => self.confluence_piece(canopy).map(|piece| piece.domain),
             Anchor::Free(_) => None,
         };

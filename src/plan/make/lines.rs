@@ -160,7 +160,7 @@ impl Maker<'_> {
             let message = format!("`{}` cannot be tied here", item.name);
             let found = Diagnostic::error("E0754", message, spot_span(spot, line), "no place of a line").note(
                 "A line is tied to a place in space, to corners, nodes or edges of cloth, to a seam's `start` or `end`, to \
-                 another line's `tips`, a body's `centre` or a canopy's `confluence`.",
+                 another line's `tips`, a body's `centre` or one of its `lugs`, such as `load.lug[0]`, or a canopy's `confluence`.",
             );
             self.diagnostics.push(found);
         }
@@ -300,13 +300,14 @@ impl Maker<'_> {
                 let Form::Line { path, .. } = &self.piece(self.net_domain(item)?)?.form else { return None };
                 path.position.get(*path.at.get(at)? as usize).copied()
             }
-            Anchor::Body(body) => match &self.scene.item(body).body {
-                ItemBody::Body(known) if self.is_net_point(body, known) => {
-                    self.piece(self.net_domain(body)?)?.positions().first().copied()
+            Anchor::Body { item, lug } => match &self.scene.item(item).body {
+                ItemBody::Body(known) if self.is_net_point(item, known) => {
+                    self.piece(self.net_domain(item)?)?.positions().first().copied()
                 }
                 ItemBody::Body(known) => {
-                    let [place, _] = self.start_of_body(self.scene.item(body), known);
-                    Some(DVec3::from_array(place))
+                    let [place, _] = self.start_of_body(self.scene.item(item), known);
+                    let [lug, _] = self.lug_of(self.scene.item(item), known, lug);
+                    Some(DVec3::from_array(place) + lug)
                 }
                 _ => None,
             },
@@ -321,7 +322,7 @@ impl Maker<'_> {
         self.body.joins.push(Join::Tie { name: item.name.clone(), domain, node, to, origin });
     }
 
-    pub(super) fn anchor_ref(&self, anchor: Anchor) -> Option<PointRef> {
+    pub(super) fn anchor_ref(&mut self, anchor: Anchor) -> Option<PointRef> {
         let node = |domain: DomainId, node: u32| PointRef::Node { domain, node };
         match anchor {
             Anchor::Free(_) => None,
@@ -331,9 +332,13 @@ impl Maker<'_> {
                 let Form::Line { path, .. } = &piece.form else { return None };
                 Some(node(piece.domain, *path.at.get(at)?))
             }
-            Anchor::Body(body) => match self.net_domain(body) {
+            Anchor::Body { item, lug } => match self.net_domain(item) {
                 Some(domain) => Some(node(domain, 0)),
-                None => self.body_index(body).map(|body| PointRef::Body { body, arm: [0.0; 3] }),
+                None => {
+                    let ItemBody::Body(known) = &self.scene.item(item).body else { return None };
+                    let [_, arm] = self.lug_of(self.scene.item(item), known, lug);
+                    self.body_index(item).map(|body| PointRef::Body { body, arm: arm.to_array() })
+                }
             },
             Anchor::Confluence(canopy) => Some(node(self.confluence_piece(canopy)?.domain, 0)),
         }

@@ -15,8 +15,8 @@ pub(super) enum Anchor {
     Sheet { sheet: usize, node: u32 },
     /// A line's place of that number (its first is 0).
     Line { item: ItemId, at: usize },
-    /// A body's centre of mass.
-    Body(ItemId),
+    /// A body's centre of mass, or one of its lugs.
+    Body { item: ItemId, lug: Option<u32> },
     /// Where a canopy's lines meet.
     Confluence(ItemId),
 }
@@ -41,7 +41,13 @@ impl Maker<'_> {
         let steps = Steps::of(&term.path)?;
         match &item.body {
             ItemBody::Body(_) if matches!(steps.member, "" | "centre") && steps.then.is_none() => {
-                Some(vec![Anchor::Body(term.item)])
+                Some(vec![Anchor::Body { item: term.item, lug: None }])
+            }
+            ItemBody::Body(body) if steps.member == "lug" && steps.then.is_none() => {
+                let count = body.lugs.as_ref().map_or(0, |lugs| lugs.value.len() as u32);
+                let all: Vec<u32> = (0..count).collect();
+                let one = |i: &u32| (*i < count).then_some(Anchor::Body { item: term.item, lug: Some(*i) });
+                steps.indices.unwrap_or(&all).iter().map(one).collect()
             }
             ItemBody::Canopy(_) if steps.member == "confluence" => Some(vec![Anchor::Confluence(term.item)]),
             ItemBody::Line(line) if steps.member == "tips" => {
