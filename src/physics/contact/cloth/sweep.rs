@@ -112,9 +112,10 @@ struct Play {
 }
 
 /// Of the net with itself, whose neighbours turn fast where it is drawn together; and with bodies, over which a face has no
-/// row of its own until it is nearly as much nearer than its corners.
+/// row of its own until it is nearly as much nearer than its corners: the slack is more than that share, or every face would
+/// have one.
 const NET: Play = Play { slack: 0.005, creep: 0.0005 };
-const BODY: Play = Play { slack: 0.02, creep: 0.005 };
+const BODY: Play = Play { slack: 0.025, creep: 0.001 };
 
 impl Play {
     /// Distance at the end of a step under which a pair gets another row, m.
