@@ -95,8 +95,9 @@ pub struct NetState {
     pub holes: Vec<(u32, u32)>,
     /// Rest length over the first, by part.
     pub rest_ratio: Vec<f64>,
-    /// Canopies in quasi-steady air: share filled (1) and the speed that filling began with (m/s).
-    pub filling: Vec<(f64, f64)>,
+    /// Canopies in quasi-steady air: share filled (1), the speed that filling began with (m/s), and the share of its open
+    /// shadow that it shows (1).
+    pub filling: Vec<(f64, f64, f64)>,
     /// Length of the embedded scheme's next own step, s; 0 before the first.
     pub substep: f64,
     /// Holds of seams that were open and are sewn, by part.

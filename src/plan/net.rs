@@ -188,7 +188,7 @@ pub struct CanopyAir {
     /// Share of it at the start (1).
     pub first_share: f64,
     /// Where a line reefs its skirt: area of its shadow when it has opened, m². Its drag area is no larger a share of C_D0·S0
-    /// than its shadow is of this.
+    /// than the area that it shows (folds over each other count each) is of this.
     pub shadow: Option<f64>,
     /// Nominal diameter D0, m.
     pub diameter: f64,

@@ -48,8 +48,8 @@ pub struct Engine<'p> {
     pub(super) pool: Option<Arc<rayon::ThreadPool>>,
     pub(super) actions: Vec<Action>,
     pub(super) tapes: Vec<RunningTape>,
-    /// Whether sinks alone ask for a tape, and which were evaluated last.
-    pub(super) of_sinks: Vec<bool>,
+    /// Whether a tape may wait until it is asked, and which were evaluated last.
+    pub(super) may_wait: Vec<bool>,
     pub(super) due: Vec<usize>,
     /// What the tapes read, each once, with its source, and the values of the present evaluation.
     pub(super) sources: Vec<(Reading, Source)>,
@@ -114,7 +114,7 @@ impl<'p> Engine<'p> {
             pool: None,
             actions: Vec::new(),
             tapes: Vec::new(),
-            of_sinks: Vec::new(),
+            may_wait: Vec::new(),
             due: Vec::new(),
             sources: Vec::new(),
             seen: Vec::new(),
@@ -237,14 +237,17 @@ impl<'p> Engine<'p> {
             let known = |reading: &Reading| (index(reading), readings::is_vector(reading.quantity));
             self.tapes.push(RunningTape::new(tape, known));
         }
-        // Each sink has tapes of its own.
-        self.of_sinks = vec![false; self.tapes.len()];
+        // Each sink has tapes of its own. Those that read places alone may wait: places stay as they are from one step to the
+        // next, whatever a kick or a contact does meanwhile.
+        self.may_wait = vec![false; self.tapes.len()];
         for sink in &plan.body.sinks {
-            match sink {
-                Sink::Probe { tape, .. } | Sink::Result { tape } => self.of_sinks[tape.0 as usize] = true,
-                Sink::Expect(check) => self.of_sinks[check.tape.0 as usize] = true,
-                Sink::Frames { .. } | Sink::Picture { .. } | Sink::Checkpoint { .. } | Sink::Watch { .. } => {}
-            }
+            let tape = match sink {
+                Sink::Probe { tape, .. } => tape.0 as usize,
+                Sink::Expect(check) => check.tape.0 as usize,
+                _ => continue,
+            };
+            let of_places = |index: &usize| readings::is_of_places(self.sources[*index].0.quantity);
+            self.may_wait[tape] = self.tapes[tape].readings().iter().all(of_places);
         }
         Ok(())
     }

@@ -34,6 +34,12 @@ pub fn is_vector(quantity: Quantity) -> bool {
     )
 }
 
+/// Whether a quantity follows from where things are at the time, and from nothing else that a step works out on its way.
+pub fn is_of_places(quantity: Quantity) -> bool {
+    use Quantity::*;
+    matches!(quantity, Position | ProjectedArea | Axis | Confluence | Lowest | Highest)
+}
+
 /// Finds the source of a reading of tape `tape`, and checks that it has that output.
 ///
 /// # Errors
@@ -104,8 +110,8 @@ fn asked_by(engine: &Engine<'_>, tape: usize) -> Option<OriginId> {
 }
 
 impl Engine<'_> {
-    /// Evaluates the tapes at the present state. With `accepted`, reductions over time take the values. Tapes that sinks
-    /// alone ask for are evaluated where a reduction takes something, and else when they are asked ([`Engine::ask`]).
+    /// Evaluates the tapes at the present state. With `accepted`, reductions over time take the values. Tapes that may wait are
+    /// evaluated where a reduction takes something, and else when they are asked ([`Engine::ask`]).
     pub(super) fn evaluate_tapes(&mut self, accepted: bool) {
         let stage = self.staging.name.take();
         self.evaluate(if accepted { Take::Step(stage.as_deref()) } else { Take::Nothing });
@@ -123,7 +129,7 @@ impl Engine<'_> {
         let mut due = std::mem::take(&mut self.due);
         due.clear();
         for (index, running) in self.tapes.iter().enumerate() {
-            if !self.of_sinks[index] || running.wakes(&self.plan.body.tapes[index], self.time, take) {
+            if !self.may_wait[index] || running.wakes(&self.plan.body.tapes[index], self.time, take) {
                 due.push(index);
             }
         }
@@ -136,20 +142,26 @@ impl Engine<'_> {
     pub(super) fn ask(&mut self, tape: usize) {
         let stage = self.staging.name.take();
         let take = Take::Step(stage.as_deref());
-        if self.of_sinks[tape] && !self.due.contains(&tape) {
+        if self.may_wait[tape] && !self.due.contains(&tape) {
             self.evaluate_these(&[tape], take);
         }
         self.staging.name = stage;
     }
 
     fn evaluate_these(&mut self, due: &[usize], take: Take<'_>) {
-        let reads_energy = |index: &usize| self.sources[*index].0.quantity == Quantity::Energy;
-        if due.iter().any(|tape| self.tapes[*tape].readings().iter().any(reads_energy)) {
-            self.measure();
-        }
         // Tapes share what they read, and what is asked for at the same state reads it too.
         let (mut tapes, mut seen) = (std::mem::take(&mut self.tapes), std::mem::take(&mut self.seen));
         seen.resize(self.sources.len(), None);
+        let of = |index: &usize| self.sources[*index].0.quantity;
+        if due.iter().flat_map(|tape| tapes[*tape].readings()).any(|index| of(index) == Quantity::Energy) {
+            // These are what the kick has left; measuring would bring them up to the end of the step, and whether anything
+            // measures must make no difference to them.
+            let of_kick = |index: &&usize| matches!(of(index), Quantity::Tension | Quantity::LargestStrain);
+            for index in due.iter().flat_map(|tape| tapes[*tape].readings()).filter(of_kick) {
+                seen[*index] = seen[*index].or_else(|| Some(self.read(*index)));
+            }
+            self.measure();
+        }
         for index in due {
             let mut read = |index: usize| *seen[index].get_or_insert_with(|| self.read(index));
             tapes[*index].evaluate(&self.plan.body.tapes[*index], self.time, take, &mut read);

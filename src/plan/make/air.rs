@@ -113,6 +113,11 @@ impl Maker<'_> {
         if let (true, Some(open)) = (reefed, &known.projected_diameter) {
             self.take_each(item, "projected_diameter", open, open.value.to_string());
             fine &= self.positive("projected diameter", &item.name, open);
+            if **open > 1.0 {
+                let message = format!("`{}` shows no more when it has opened than its cloth is wide", item.name);
+                self.diagnostics.push(Diagnostic::error("E0743", message, open.span(), "over 1"));
+                fine = false;
+            }
             shadow = Some(std::f64::consts::FRAC_PI_4 * (**open * **diameter).powi(2));
         }
         let whole = SelectionTerm { item: canopy, path: Vec::new(), filter: None, span: item.span };

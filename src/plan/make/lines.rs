@@ -67,6 +67,9 @@ impl Maker<'_> {
         }
         let closed = *line.closed;
         self.take_each(item, "closed", &line.closed, closed.to_string());
+        if *line.slack {
+            self.take_each(item, "slack", &line.slack, "true".to_owned());
+        }
         if through.len() < if closed { 3 } else { 2 } {
             let message = format!("`{}` runs through too few places", item.name);
             let found = Diagnostic::error("E0754", message, way_span(&line.way), "two at least, three where closed");

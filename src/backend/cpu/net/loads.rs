@@ -30,8 +30,6 @@ pub struct CanopyRun {
     pub parts: Vec<usize>,
     /// Net nodes with their share of its mass.
     share: Vec<(u32, f64)>,
-    /// Its shadow over that of the open canopy, where it is reefed (1).
-    shown: f64,
 }
 
 /// The air of a plan.
@@ -75,7 +73,7 @@ pub fn canopies(plan: &Plan, parts: &[NetPart], mass: &[f64]) -> Result<Vec<Cano
             return Err(Refusal::new(format!("`{}` has no sheets that air could fill", law.name), Some(law.origin)));
         }
         let share = nodes.into_iter().map(|node| (node, mass[node as usize] / whole)).collect();
-        canopies.push(CanopyRun { name: law.name.clone(), law: law.clone(), parts: own, share, shown: 1.0 });
+        canopies.push(CanopyRun { name: law.name.clone(), law: law.clone(), parts: own, share });
     }
     Ok(canopies)
 }
@@ -84,22 +82,22 @@ impl NetRun {
     /// Drag area of a canopy as far as it has filled, and as far as its reefing lets it open, m². In proportion to the shadow
     /// is an estimate: C_D on the shadow is taken to be that of the open canopy.
     pub fn drag_area(&self, canopy: usize) -> f64 {
-        let CanopyRun { law, shown, .. } = &self.air_of[canopy];
-        let filled = self.memory.filling.get(canopy).map_or(0.0, |(filled, _)| filled.min(1.0));
-        law.drag_area * libm::pow(filled, law.exponent).max(law.first_share).min(*shown)
+        let law = &self.air_of[canopy].law;
+        let (filled, _, shown) = self.memory.filling.get(canopy).copied().unwrap_or((0.0, 0.0, 1.0));
+        law.drag_area * libm::pow(filled.min(1.0), law.exponent).max(law.first_share).min(shown)
     }
 
-    /// What a reefed canopy shows to the air, over what it shows when it has opened. Of its two sides the larger is the
-    /// shadow: what bulges over the skirt looks back.
-    fn show(&mut self, canopy: usize, along: DVec3) {
+    /// What a reefed canopy shows to the air, over what it shows when it has opened: the larger of what looks along the wind and
+    /// of what looks against it, for what bulges over the skirt looks back. Folds over each other count each.
+    fn shown(&self, canopy: usize, along: DVec3) -> f64 {
         let CanopyRun { law, parts, .. } = &self.air_of[canopy];
-        let Some(open) = law.shadow else { return };
+        let Some(open) = law.shadow else { return 1.0 };
         let mut across = [0.0; 2];
         for part in parts {
             let of_part = self.elements.areas_across(PartId(*part as u32), along, &self.net.position);
             across = [across[0] + of_part[0], across[1] + of_part[1]];
         }
-        self.air_of[canopy].shown = (across[0].max(across[1]) / open).min(1.0);
+        (across[0].max(across[1]) / open).min(1.0)
     }
 
     /// The air's velocity less the canopy's, m/s.
@@ -114,13 +112,13 @@ impl NetRun {
         let felt = self.felt(canopy, wind);
         let speed = felt.length();
         if self.memory.filling.len() <= canopy {
-            self.memory.filling.push((0.0, if speed > STILL { speed } else { 0.0 }));
+            self.memory.filling.push((0.0, if speed > STILL { speed } else { 0.0 }, 1.0));
         }
         if speed == 0.0 {
             return;
         }
         let along = felt / speed;
-        self.show(canopy, along);
+        self.memory.filling[canopy].2 = self.shown(canopy, along);
         let drag_area = self.drag_area(canopy);
         let dynamic = 0.5 * density * speed * speed;
         let run = &self.air_of[canopy];
@@ -158,7 +156,7 @@ impl NetRun {
             let felt = self.felt(canopy, wind).length();
             let law = &self.air_of[canopy].law;
             let way = law.filling * law.diameter;
-            if let Some((filled, first)) = self.memory.filling.get_mut(canopy) {
+            if let Some((filled, first, _)) = self.memory.filling.get_mut(canopy) {
                 let speed = if *first > 0.0 { *first } else { felt };
                 *filled = if way > 0.0 { (*filled + speed * h / way).min(1.0) } else { 1.0 };
             }

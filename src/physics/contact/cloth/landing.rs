@@ -1,7 +1,7 @@
 //! What course a node is expected to take where it comes down on a body: it stops there, and rests or goes on along the body.
 //!
-//! A list is proved for any courses, so what stands here may guess; it changes how long nodes keep to their courses, and
-//! nothing else.
+//! A list is proved for any courses that the nodes keep to in the step in hand, so what stands here may guess within that; it
+//! changes how long nodes keep to their courses, and nothing else.
 
 use glam::DVec3;
 
@@ -14,11 +14,16 @@ use crate::geometry::Solid;
 /// Share of its radius that a node may be from its course when the course starts.
 const ASIDE: f64 = 0.7;
 
+/// Share of its radius that it may be from it at either end of the step in hand, where several bodies push it aside.
+const KEPT: f64 = 0.999;
+
 /// The part of a node that no element has.
 const NONE: u32 = u32::MAX;
 
 /// What a node may come down on.
-pub(super) struct Ground<'a> {
+pub(super) struct Landing<'a> {
+    /// Length of the step in hand, s.
+    pub h: f64,
     pub features: &'a Features,
     pub laws: &'a Laws,
     pub solids: &'a [Solid],
@@ -40,9 +45,10 @@ pub(super) fn parts(features: &Features) -> Vec<u32> {
     part
 }
 
-impl Ground<'_> {
+impl Landing<'_> {
     /// Where the course of node `n` starts, seen from the node at `x` (m), and its velocity (m/s), for a node of velocity
-    /// `v` (m/s) that may be `radius` (m) from it, over a time of `span` s.
+    /// `v` (m/s) that may be `radius` (m) from it, over a time of `span` s. The node keeps to it
+    /// in the step in hand: both go straight, so it does where it does at both ends.
     pub fn course(&self, n: usize, x: DVec3, v: DVec3, radius: f64, span: f64) -> [DVec3; 2] {
         let mut course = [DVec3::ZERO, v];
         let part = self.part[n];
@@ -68,7 +74,10 @@ impl Ground<'_> {
                 course[1] += normal * (share * slower);
             }
         }
-        course
+        let [aside, slowed] = course;
+        let most = (KEPT * radius) * (KEPT * radius);
+        let keeps = aside.length_squared() <= most && (aside + self.h * (slowed - v)).length_squared() <= most;
+        if keeps { course } else { [DVec3::ZERO, v] }
     }
 }
 

@@ -118,7 +118,8 @@ impl ClothContact {
     fn keep_candidates(&mut self, net: Net<'_>, v: &[DVec3], stats: &mut ClothContactStats, parallel: bool) -> usize {
         let clock = Instant::now();
         let Self { candidates, features, laws, settings, distances, turned, .. } = self;
-        let ground = landing::Ground {
+        let ground = landing::Landing {
+            h: net.h,
             features,
             laws,
             solids: &self.solids,
