@@ -241,7 +241,8 @@ impl Nearby {
         parallel: bool,
         look: impl Fn(&Placed<'_>, &mut NearElement, &mut Found) + Sync,
     ) -> usize {
-        let tasks = self.elements.len().div_ceil(BATCH);
+        let batch = if parallel { BATCH } else { self.elements.len().max(1) };
+        let tasks = self.elements.len().div_ceil(batch);
         if room.len() < tasks {
             room.resize_with(tasks, Found::default);
         }
@@ -254,9 +255,9 @@ impl Nearby {
         };
         let used = &mut room[..tasks];
         if parallel {
-            used.par_iter_mut().zip(self.elements.par_chunks_mut(BATCH)).for_each(|(f, e)| one(f, e));
+            used.par_iter_mut().zip(self.elements.par_chunks_mut(batch)).for_each(|(f, e)| one(f, e));
         } else {
-            used.iter_mut().zip(self.elements.chunks_mut(BATCH)).for_each(|(f, e)| one(f, e));
+            used.iter_mut().zip(self.elements.chunks_mut(batch)).for_each(|(f, e)| one(f, e));
         }
         tasks
     }

@@ -50,7 +50,11 @@ impl Scene<'_> {
             let pair = BodyPair { element: element.id, body, rule };
             self.rows(&pair, placed.nodes, element, found);
         });
-        room[..tasks].iter().for_each(|found| rows.extend_from_slice(&found.rows));
+        if rows.is_empty() && tasks == 1 {
+            std::mem::swap(rows, &mut room[0].rows);
+        } else {
+            room[..tasks].iter().for_each(|found| rows.extend_from_slice(&found.rows));
+        }
         room[..tasks].iter().map(|found| found.tests).sum()
     }
 
