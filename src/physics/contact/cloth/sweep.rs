@@ -230,13 +230,17 @@ fn body_pair(scene: &Scene<'_>, pair: &BodyPair, nodes: &[NearNode], known: &mut
     let element = &scene.features.elements[pair.element as usize];
     let (solid, course) = (&scene.solids[pair.body as usize], &scene.courses[pair.body as usize]);
     let thickness = scene.features.half_thickness[element.part as usize];
+    // It is over its thickness and its room away at the start, and no point of it closes by more than its corners do.
+    if known.reach(nodes) <= known.room {
+        return;
+    }
     let (from, to) = (known.starts(nodes), known.ends(nodes));
     if known.clears_over(nodes, course, from, to, (1.0 - BODY.slack) * thickness) {
         return;
     }
     if !solid.is_convex() {
         // Planes tell nothing of it, but how far it is and how far the two may close do.
-        let closing = known.corners.iter().map(|c| nodes[*c as usize].reach).fold(0.0, f64::max);
+        let closing = known.reach(nodes);
         let start = known.distance.unwrap_or(f64::NEG_INFINITY).max(known.corner_bound(nodes, from));
         if start - closing >= thickness {
             return;
