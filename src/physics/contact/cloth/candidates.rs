@@ -173,8 +173,9 @@ impl Candidates {
 
     /// Leaves that may touch; of marked branches only where asked.
     fn traverse(&mut self, features: &Features, laws: &Laws, marked: bool) {
-        let Self { trees, reference, leaves, stack, contours, .. } = self;
+        let Self { trees, reference, leaves, stack, contours, stale, .. } = self;
         leaves.clear();
+        contours.begin(features.nodes, marked.then_some(stale));
         for p in 0..trees.len() as u32 {
             for q in p..trees.len() as u32 {
                 let Some(rule) = laws.of_parts(p, q) else { continue };

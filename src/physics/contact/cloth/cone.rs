@@ -83,6 +83,11 @@ impl Cone {
         Self { axis, angle: angle(&self).max(angle(&other)) }
     }
 
+    /// The most by which a normal leans from `axis`, rad.
+    pub fn leans_from(&self, axis: DVec3) -> f64 {
+        self.angle + angle_over((self.axis - axis).length())
+    }
+
     /// The normals of a face from now to the horizon. Moves of at most r change a plane's slope and a stretch by at most 2r over
     /// the face's least width.
     pub fn of_face(nodes: &[u32; 3], flat: &Flat, reference: &Reference, bounds: &Bounds) -> Self {

@@ -26,6 +26,8 @@ struct Sheet {
     bounds: Bounds,
     outlines: Outlines,
     cones: Vec<Cone>,
+    /// Of its branches, and of its joints.
+    proofs: [Vec<Proof>; 2],
     /// Its elements in the order of the tree.
     faces: Vec<Face>,
 }
@@ -34,6 +36,38 @@ struct Sheet {
 struct Face {
     nodes: [u32; 3],
     flat: Flat,
+}
+
+/// An outline that was found to keep clear of itself along an axis, and in which search.
+#[derive(Clone, Copy, Debug)]
+struct Proof {
+    axis: DVec3,
+    search: u64,
+}
+
+impl Proof {
+    const NONE: Self = Self { axis: DVec3::Z, search: 0 };
+}
+
+/// Searches counted from one.
+#[derive(Default)]
+struct Searches {
+    last: u64,
+    /// The last one in which every node got its course.
+    whole: u64,
+    /// In which each node got its course.
+    of_node: Vec<u64>,
+}
+
+impl Searches {
+    /// Whether no node of an outline got another course since a proof was found.
+    ///
+    /// What [`Look::is_simple`] finds is said of all states in which the outline's nodes are within their radii of their courses,
+    /// from then to the horizon: it asks for nothing else than these courses and the axis. Courses go on straight, and
+    /// the horizon comes no later until all is sought anew, so it is said of what is left of that time, too.
+    fn keep(&self, proof: &Proof, outline: &[u32]) -> bool {
+        proof.search >= self.whole.max(1) && outline.iter().all(|n| self.of_node[*n as usize] <= proof.search)
+    }
 }
 
 /// Outlines of all parts.
@@ -48,6 +82,7 @@ pub(super) struct Contours {
 struct Look {
     /// Branches, and pairs of branches, found clear since the start.
     cleared: usize,
+    searches: Searches,
     corners: Vec<Corner>,
     /// Around each side.
     boxes: Vec<[DVec2; 2]>,
@@ -66,6 +101,20 @@ impl Contours {
         }
     }
 
+    /// Begins a search; the stale nodes have new courses in it, or all `nodes` where none are told.
+    pub fn begin(&mut self, nodes: usize, stale: Option<&[u32]>) {
+        let Searches { last, whole, of_node } = &mut self.look.searches;
+        *last += 1;
+        match stale {
+            Some(stale) => stale.iter().for_each(|n| of_node[*n as usize] = *last),
+            None => {
+                *whole = *last;
+                of_node.clear();
+                of_node.resize(nodes, *last);
+            }
+        }
+    }
+
     /// Calls `found` for all pairs of leaves of a part that may touch on the courses as they are; of marked branches only where
     /// asked.
     pub fn uncleared(
@@ -79,12 +128,15 @@ impl Contours {
     ) {
         self.watch(tree, part, reference, marked);
         let Self { sheets, look, .. } = self;
-        let sheet = &sheets[part as usize];
+        let sheet = &mut sheets[part as usize];
+        let mut proofs = std::mem::take(&mut sheet.proofs);
+        let sheet = &*sheet;
         let margin = 2.0 * features.half_thickness[part as usize];
         let mut stack = std::mem::take(&mut look.stack);
-        let clear = |a: u32, b: u32, joint: u32| look.clear(sheet, [a, b], joint, margin, reference);
+        let clear = |a: u32, b: u32, joint: u32| look.clear(sheet, &mut proofs, [a, b], joint, margin, reference);
         tree.self_pairs(&mut stack, marked, &sheet.outlines, clear, found);
         look.stack = stack;
+        sheets[part as usize].proofs = proofs;
     }
 
     /// Takes the cones of a part for the courses as they are; of marked branches only where asked.
@@ -114,7 +166,15 @@ impl Contours {
 
 impl Look {
     /// Whether nothing within one branch, or within two neighbours together, can touch.
-    fn clear(&mut self, sheet: &Sheet, [a, b]: [u32; 2], joint: u32, margin: f64, reference: &Reference) -> bool {
+    fn clear(
+        &mut self,
+        sheet: &Sheet,
+        proofs: &mut [Vec<Proof>; 2],
+        [a, b]: [u32; 2],
+        joint: u32,
+        margin: f64,
+        reference: &Reference,
+    ) -> bool {
         if !sheet.usable {
             return false;
         }
@@ -128,7 +188,13 @@ impl Look {
         if cone.angle.is_nan() || cone.angle > lean {
             return false;
         }
-        let simple = self.is_simple(outline, cone.axis, margin, notches, reference);
+        let proof = if a == b { &mut proofs[0][a as usize] } else { &mut proofs[1][joint as usize] };
+        // Known along an axis from which no normal leans too far: any such axis serves.
+        let known = cone.leans_from(proof.axis) <= lean && self.searches.keep(proof, outline);
+        let simple = known || self.is_simple(outline, cone.axis, margin, notches, reference);
+        if simple && !known {
+            *proof = Proof { axis: cone.axis, search: self.searches.last };
+        }
         self.cleared += usize::from(simple);
         simple
     }
@@ -264,7 +330,8 @@ impl Sheet {
             let nodes = features.elements[e as usize].nodes;
             Face { nodes, flat: Flat::new(nodes.map(|n| features.rest[n as usize])) }
         });
-        Self { usable, bounds, outlines, cones: vec![Cone::NONE; branches], faces: own.collect() }
+        let proofs = [vec![Proof::NONE; branches], vec![Proof::NONE; outlines.joints()]];
+        Self { usable, bounds, outlines, cones: vec![Cone::NONE; branches], proofs, faces: own.collect() }
     }
 }
 

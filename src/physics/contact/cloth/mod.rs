@@ -103,7 +103,7 @@ pub struct ClothContact {
     rows: Vec<Row>,
     /// Rows as they were found, and the order of their features.
     unsorted: Vec<Row>,
-    order: Vec<(Key, u32)>,
+    order: Vec<u128>,
     /// Rows whose demands contradict each other.
     jammed: Vec<u32>,
     room: Vec<narrow::Room>,

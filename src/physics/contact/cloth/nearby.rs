@@ -68,6 +68,9 @@ pub(super) struct NearElement {
     pub floor: Plane,
     /// At the start of this step, m; None where nobody asked.
     pub distance: Option<f64>,
+    /// How far it and the body may close in this step before they touch, m, as far as planes told when it was looked at first;
+    /// negative where they told nothing.
+    pub room: f64,
 }
 
 /// Where a body was when its lists were made, and how far its points may go, m.
@@ -182,7 +185,7 @@ impl Nearby {
             nodes.push(NearNode { node, start, end, reach: 0.0, floor: Plane::UNKNOWN, near: None });
             nodes.len() as u32 - 1
         });
-        elements.push(NearElement { id, corners, floor: Plane::UNKNOWN, distance: None });
+        elements.push(NearElement { id, corners, floor: Plane::UNKNOWN, distance: None, room: -1.0 });
     }
 
     /// Puts the nodes that `moves` tells of where they are and where they go in the step.
@@ -241,7 +244,8 @@ impl Nearby {
         parallel: bool,
         look: impl Fn(&Placed<'_>, &mut NearElement, &mut Found) + Sync,
     ) -> usize {
-        let tasks = self.elements.len().div_ceil(BATCH);
+        let batch = if parallel { BATCH } else { self.elements.len().max(1) };
+        let tasks = self.elements.len().div_ceil(batch);
         if room.len() < tasks {
             room.resize_with(tasks, Found::default);
         }
@@ -254,9 +258,9 @@ impl Nearby {
         };
         let used = &mut room[..tasks];
         if parallel {
-            used.par_iter_mut().zip(self.elements.par_chunks_mut(BATCH)).for_each(|(f, e)| one(f, e));
+            used.par_iter_mut().zip(self.elements.par_chunks_mut(batch)).for_each(|(f, e)| one(f, e));
         } else {
-            used.iter_mut().zip(self.elements.chunks_mut(BATCH)).for_each(|(f, e)| one(f, e));
+            used.iter_mut().zip(self.elements.chunks_mut(batch)).for_each(|(f, e)| one(f, e));
         }
         tasks
     }
@@ -269,6 +273,13 @@ pub(super) struct Placed<'a> {
 }
 
 impl NearElement {
+    /// The most that a corner and the body may close in the step, m.
+    #[inline]
+    pub fn reach(&self, nodes: &[NearNode]) -> f64 {
+        let [a, b, c] = three(self.corners, |c| nodes[c as usize].reach);
+        a.max(b).max(c)
+    }
+
     /// Whether a corner was placed anew last.
     #[inline]
     pub fn moved(&self, placed: &Placed<'_>) -> bool {
@@ -303,7 +314,7 @@ impl NearElement {
             0.0
         } else {
             let longest = start.iter().map(|x| x.length_squared()).fold(0.0, f64::max).sqrt();
-            let path = self.corners.iter().map(|c| nodes[*c as usize].reach).fold(0.0, f64::max);
+            let path = self.reach(nodes);
             0.125 * turning * (turning * (longest + path) + 2.0 * path)
         };
         let least = least + bend;

@@ -58,6 +58,11 @@ impl Outlines {
         if joint == APART { &[] } else { self.at(self.joints[joint as usize].outline) }
     }
 
+    /// How many joints there are.
+    pub fn joints(&self) -> usize {
+        self.joints.len()
+    }
+
     fn at(&self, [first, length]: Place) -> &[u32] {
         &self.nodes[first as usize..(first + length) as usize]
     }

@@ -16,11 +16,13 @@ pub(super) const SETTLED: f64 = 0.125;
 /// Share of that which is left of touches between bodies.
 const SHARP: f64 = 1e-3;
 
-/// Share of that by which the nodes of a touch may be changed before it is solved again.
-const IDLE: f64 = 0.125;
+/// Share of that by which the nodes of a touch may be changed before it is solved again. A projection changes a touch by no more
+/// than its nodes were changed since the last one (times 1 + μ where it slides, for its cone follows the push), so what is left
+/// out would not keep an island from being solved.
+const IDLE: f64 = 0.5;
 
 /// Sweeps of which one goes over all rows of an island; the others go over those that the one before had to solve.
-const WHOLE: u32 = 4;
+const WHOLE: u32 = 6;
 
 /// What the response needs to know of a step.
 #[derive(Clone, Copy, Debug)]

@@ -31,6 +31,16 @@ impl Key {
     pub fn new(kind: u8, a: u32, b: u32) -> Self {
         Self { kind, a, b, round: 0 }
     }
+
+    /// The key over a number, in the order of keys and then of numbers.
+    pub fn with(self, number: u32) -> u128 {
+        let Self { kind, a, b, round } = self;
+        u128::from(kind) << 104
+            | u128::from(a) << 72
+            | u128::from(b) << 40
+            | u128::from(round) << 32
+            | u128::from(number)
+    }
 }
 
 /// No body.

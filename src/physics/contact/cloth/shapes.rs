@@ -108,6 +108,27 @@ pub(super) fn element_near_from(x: [DVec3; 3], known: [Option<Near>; 3], is_face
     out
 }
 
+/// The nearest place of an element alone.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Nearest {
+    pub weights: [f64; 3],
+    pub near: Near,
+    /// That place lies inside the face.
+    pub inside: bool,
+}
+
+/// The nearest place alone; where some corners are measured already they need not be again. The distance from a ball is that
+/// from its centre less its radius, so that the place of a face nearest to the centre is the one, and no side need be looked at.
+pub(super) fn nearest_place(x: [DVec3; 3], known: [Option<Near>; 3], is_face: bool, solid: &Solid) -> Nearest {
+    if let (true, Solid::Sphere { .. } | Solid::Point) = (is_face, solid) {
+        let weights = closest_on_triangle(DVec3::ZERO, x).weights;
+        let place: DVec3 = x[0] * weights[0] + x[1] * weights[1] + x[2] * weights[2];
+        return Nearest { weights, near: solid.near(place), inside: weights.iter().all(|w| *w > 0.0) };
+    }
+    let ElementNear { weights, near, inside, .. } = element_near_from(x, known, is_face, solid);
+    Nearest { weights, near, inside }
+}
+
 /// Looks inside the face where its sides do not hold the nearest place.
 fn inside(x: [DVec3; 3], solid: &Solid, out: &mut ElementNear) {
     if let Solid::Sphere { .. } | Solid::Point = solid {
@@ -206,7 +227,7 @@ pub(super) fn element_meets(
     advance(distance - separation, near, closing, |share| {
         let pose = course.at(share);
         let x = three([0, 1, 2], |k: usize| pose.local(start[k] + share * motion[k]));
-        element_near(x, is_face, solid).near.distance - separation
+        nearest_place(x, [None; 3], is_face, solid).near.distance - separation
     })
 }
 
@@ -286,6 +307,8 @@ mod tests {
                 continue;
             }
             let found = element_near(x, true, &solid).near.distance;
+            let alone = nearest_place(x, [None; 3], true, &solid).near.distance;
+            assert!((alone - found).abs() < 1e-12, "{solid:?} {x:?}: {alone} alone, {found} with its sides");
             let least = sampled(x, &solid);
             if !solid.is_convex() && least < 1e-3 {
                 // Where a dented surface goes through it, the way in matters, not the deepest place of all.

@@ -265,14 +265,20 @@ impl ClothContact {
     fn take_sorted(&mut self, found: &[Row]) {
         let Self { rows, order, .. } = self;
         order.clear();
-        order.extend(found.iter().enumerate().map(|(k, row)| (row.key, k as u32)));
-        order.sort_unstable_by(|p, q| {
-            let [a, b] = [&found[p.1 as usize], &found[q.1 as usize]];
-            p.0.cmp(&q.0).then_with(|| a.gap.total_cmp(&b.gap).then(a.rule.cmp(&b.rule)).then(p.1.cmp(&q.1)))
-        });
-        order.dedup_by_key(|of| of.0);
+        order.extend(found.iter().enumerate().map(|(k, row)| row.key.with(k as u32)));
+        order.sort_unstable();
         rows.clear();
-        rows.extend(order.iter().map(|of| found[of.1 as usize]));
+        for numbered in order.iter() {
+            let row = &found[*numbered as u32 as usize];
+            match rows.last_mut() {
+                Some(last) if last.key == row.key => {
+                    if row.gap.total_cmp(&last.gap).then(row.rule.cmp(&last.rule)).is_lt() {
+                        *last = *row;
+                    }
+                }
+                _ => rows.push(*row),
+            }
+        }
     }
 
     /// Distances of all candidates from one on, and rows of those within reach where they are asked for.

@@ -8,7 +8,7 @@ use super::corners::{four, three};
 use super::narrow::{self, closing, nearest};
 use super::nearby::{Found, NearElement, NearNode, Nearby, Plane};
 use super::rows::{Rigid, Row};
-use super::shapes::{element_meets, element_near, element_near_from};
+use super::shapes::{element_meets, nearest_place};
 use super::touching::{BodyPair, Scene, body_row};
 use crate::geometry::impact::{edge_edge, vertex_face};
 
@@ -231,13 +231,17 @@ fn body_pair(scene: &Scene<'_>, pair: &BodyPair, nodes: &[NearNode], known: &mut
     let element = &scene.features.elements[pair.element as usize];
     let (solid, course) = (&scene.solids[pair.body as usize], &scene.courses[pair.body as usize]);
     let thickness = scene.features.half_thickness[element.part as usize];
+    // It is over its thickness and its room away at the start, and no point of it closes by more than its corners do.
+    if known.reach(nodes) <= known.room {
+        return;
+    }
     let (from, to) = (known.starts(nodes), known.ends(nodes));
     if known.clears_over(nodes, course, from, to, (1.0 - BODY.slack) * thickness) {
         return;
     }
     if !solid.is_convex() {
         // Planes tell nothing of it, but how far it is and how far the two may close do.
-        let closing = known.corners.iter().map(|c| nodes[*c as usize].reach).fold(0.0, f64::max);
+        let closing = known.reach(nodes);
         let start = known.distance.unwrap_or(f64::NEG_INFINITY).max(known.corner_bound(nodes, from));
         if start - closing >= thickness {
             return;
@@ -247,7 +251,7 @@ fn body_pair(scene: &Scene<'_>, pair: &BodyPair, nodes: &[NearNode], known: &mut
     let is_face = element.is_face();
     let place = |x: [DVec3; 3], weights: [f64; 3]| -> DVec3 { (0..3).map(|k| x[k] * weights[k]).sum() };
     let distance = known.distance.unwrap_or_else(|| {
-        let near = element_near_from(from, known.nears(nodes), is_face, solid);
+        let near = nearest_place(from, known.nears(nodes), is_face, solid);
         known.floor = Plane::at(solid, place(from, near.weights), &near.near);
         near.near.distance
     });
@@ -266,7 +270,7 @@ fn body_pair(scene: &Scene<'_>, pair: &BodyPair, nodes: &[NearNode], known: &mut
     let share = match met {
         Some(share) => share,
         None => {
-            let last = element_near(to, is_face, solid);
+            let last = nearest_place(to, [None; 3], is_face, solid);
             if last.near.distance >= wanted {
                 // The next look at this step starts from where this one saw it end.
                 known.floor = Plane::at(solid, place(to, last.weights), &last.near);
@@ -277,7 +281,7 @@ fn body_pair(scene: &Scene<'_>, pair: &BodyPair, nodes: &[NearNode], known: &mut
     };
     let pose = course.at(share);
     let then = three([0, 1, 2], |k: usize| pose.local(start[k] + share * motion[k]));
-    let near = element_near(then, is_face, solid);
+    let near = nearest_place(then, [None; 3], is_face, solid);
     let kind = if near.inside { super::rows::Key::ELEMENT_BODY } else { super::rows::Key::EDGE_BODY };
     let key = super::rows::Key::new(kind, pair.element, pair.body);
     let mut row = body_row(key, pair, element, near.weights, &pose, near.near.normal, 0.0, then);

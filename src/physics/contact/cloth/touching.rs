@@ -50,19 +50,25 @@ impl Scene<'_> {
             let pair = BodyPair { element: element.id, body, rule };
             self.rows(&pair, placed.nodes, element, found);
         });
-        room[..tasks].iter().for_each(|found| rows.extend_from_slice(&found.rows));
+        if rows.is_empty() && tasks == 1 {
+            std::mem::swap(rows, &mut room[0].rows);
+        } else {
+            room[..tasks].iter().for_each(|found| rows.extend_from_slice(&found.rows));
+        }
         room[..tasks].iter().map(|found| found.tests).sum()
     }
 
     /// Rows of one element with a body.
     fn rows(&self, pair: &BodyPair, nodes: &[NearNode], known: &mut NearElement, found: &mut Found) {
         known.distance = None;
+        known.room = -1.0;
         let element = &self.features.elements[pair.element as usize];
         let thickness = self.features.half_thickness[element.part as usize];
         let x = known.starts(nodes);
         let corners = three(known.corners, |c| &nodes[c as usize]);
-        let reach = corners.iter().map(|c| c.reach).fold(0.0, f64::max) + self.floor;
+        let reach = known.reach(nodes) + self.floor;
         if known.clears(nodes, x, thickness + reach) {
+            known.room = reach;
             return;
         }
         let (solid, pose) = (&self.solids[pair.body as usize], &self.courses[pair.body as usize].start);
