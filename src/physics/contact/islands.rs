@@ -1,6 +1,7 @@
 //! Islands: touches that share nodes or moving bodies, found anew each step. Islands are solved each for itself on its own
 //! copy of its nodes, so they can go to any thread; which island a touch is in depends on the active touches alone.
 
+use super::forest::Forest;
 use super::narrow::Touch;
 use crate::physics::{Bodies, Chains};
 
@@ -10,7 +11,7 @@ const BLOCK: usize = 256;
 /// Islands in the order of their first touch, cut into blocks.
 #[derive(Default)]
 pub(super) struct Islands {
-    parent: Vec<u32>,
+    forest: Forest,
     /// Island by root node.
     island_of: Vec<u32>,
     /// Island of each touch: yarns', then bodies'.
@@ -28,8 +29,7 @@ const NONE: u32 = u32::MAX;
 
 impl Islands {
     pub fn new(nodes: usize, bodies: usize) -> Self {
-        let parent = (0..(nodes + bodies) as u32).collect();
-        Self { parent, island_of: vec![NONE; nodes + bodies], ..Self::default() }
+        Self { forest: Forest::new(nodes + bodies), island_of: vec![NONE; nodes + bodies], ..Self::default() }
     }
 
     pub fn len(&self) -> usize {
@@ -40,14 +40,14 @@ impl Islands {
     pub fn find(&mut self, yarns: &[Touch], with_bodies: &[Touch], chains: &Chains, bodies: &Bodies) {
         let first_body = chains.position.len() as u32;
         for t in yarns {
-            self.join(t.i, t.i + 1);
-            self.join(t.j, t.j + 1);
-            self.join(t.i, t.j);
+            self.forest.join(t.i, t.i + 1);
+            self.forest.join(t.j, t.j + 1);
+            self.forest.join(t.i, t.j);
         }
         for t in with_bodies {
-            self.join(t.i, t.i + 1);
+            self.forest.join(t.i, t.i + 1);
             if bodies.inverse_mass[t.j as usize] > 0.0 {
-                self.join(t.i, first_body + t.j);
+                self.forest.join(t.i, first_body + t.j);
             }
         }
         self.number(yarns, with_bodies);
@@ -61,28 +61,9 @@ impl Islands {
         }
     }
 
-    fn root(&mut self, mut n: u32) -> u32 {
-        while self.parent[n as usize] != n {
-            let up = self.parent[self.parent[n as usize] as usize];
-            self.parent[n as usize] = up;
-            n = up;
-        }
-        n
-    }
-
-    /// The lower root stays: no ranks, and the same forest for the same touches.
-    fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.root(a), self.root(b));
-        if a < b {
-            self.parent[b as usize] = a;
-        } else {
-            self.parent[a as usize] = b;
-        }
-    }
-
     fn part(&mut self, nodes: [u32; 4]) {
         for n in nodes {
-            self.parent[n as usize] = n;
+            self.forest.part(n);
             self.island_of[n as usize] = NONE;
         }
     }
@@ -93,7 +74,7 @@ impl Islands {
         self.starts.clear();
         for (side, touches) in [yarns, with_bodies].into_iter().enumerate() {
             for t in touches {
-                let root = self.root(t.i) as usize;
+                let root = self.forest.root(t.i) as usize;
                 if self.island_of[root] == NONE {
                     self.island_of[root] = self.starts.len() as u32;
                     self.starts.push([0; 2]);

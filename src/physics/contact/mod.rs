@@ -14,6 +14,7 @@ mod chunk;
 pub mod cloth;
 mod flatten;
 mod fold;
+mod forest;
 mod islands;
 mod law;
 mod narrow;

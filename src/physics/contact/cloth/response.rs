@@ -2,6 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
+use super::super::forest::Forest;
 use super::super::stats::RuleTotals;
 use super::law::ClothRule;
 use super::rows::{Key, Motion, NONE, Rigid, Row};
@@ -67,7 +68,7 @@ pub(super) fn take_bodies(bodies: &Bodies, out: &mut Vec<Rigid>) {
 /// Rows that share moving nodes or bodies, found anew for each set of rows.
 #[derive(Default)]
 pub(super) struct Islands {
-    parent: Vec<u32>,
+    forest: Forest,
     number: Vec<u32>,
     of_row: Vec<u32>,
     pub starts: Vec<u32>,
@@ -81,25 +82,11 @@ pub(super) struct Islands {
 
 impl Islands {
     pub fn new(nodes: usize, bodies: usize) -> Self {
-        let parent = (0..(nodes + bodies) as u32).collect();
-        Self { parent, number: vec![NONE; nodes + bodies], drift: vec![0.0; nodes], ..Self::default() }
-    }
-
-    fn root(&mut self, mut n: u32) -> u32 {
-        while self.parent[n as usize] != n {
-            let up = self.parent[self.parent[n as usize] as usize];
-            self.parent[n as usize] = up;
-            n = up;
-        }
-        n
-    }
-
-    fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.root(a), self.root(b));
-        if a < b {
-            self.parent[b as usize] = a;
-        } else {
-            self.parent[a as usize] = b;
+        Self {
+            forest: Forest::new(nodes + bodies),
+            number: vec![NONE; nodes + bodies],
+            drift: vec![0.0; nodes],
+            ..Self::default()
         }
     }
 
@@ -115,7 +102,7 @@ impl Islands {
             let mut last = NONE;
             each_mover(row, bodies, nodes, |m| {
                 if last != NONE {
-                    self.join(last, m);
+                    self.forest.join(last, m);
                 }
                 last = m;
             });
@@ -127,7 +114,7 @@ impl Islands {
         for row in rows {
             let mut first = NONE;
             each_mover(row, bodies, nodes, |m| first = first.min(m));
-            let root = self.root(first) as usize;
+            let root = self.forest.root(first) as usize;
             if self.number[root] == NONE {
                 self.number[root] = self.starts.len() as u32;
                 self.starts.push(0);
@@ -149,7 +136,7 @@ impl Islands {
         }
         for row in rows {
             each_mover(row, bodies, nodes, |m| {
-                self.parent[m as usize] = m;
+                self.forest.part(m);
                 self.number[m as usize] = NONE;
             });
         }
