@@ -229,9 +229,7 @@ fn surfaces_that_enclose_no_body_are_refused_for_what_is_wrong() {
     assert!(!apart.is_convex(), "two bodies apart have a dent between them");
     assert!(convex_hull(&[DVec3::ZERO, DVec3::X, DVec3::Y]).is_err());
     // Walls in one plane that cover each other: two cubes pushed into each other, one upon the other, and half beside it.
-    for by in
-        [DVec3::X, 2.0 * DVec3::X, DVec3::new(2.0, 0.3, 0.7), DVec3::new(1.9, 1.9, 2.0), DVec3::new(0.7, 0.2, 0.0)]
-    {
+    for by in [DVec3::X, DVec3::new(2.0, 0.3, 0.7), DVec3::new(1.9, 1.9, 2.0), DVec3::new(0.7, 0.2, 0.0)] {
         assert!(matches!(joined(by).unwrap_err(), MeshError::Crossing { .. }), "{by}");
     }
     // One in the other: a hollow where the inner one faces inwards, no body where it encloses the same place again.
