@@ -174,6 +174,8 @@ fn cloth_falls_into_a_dent_and_nothing_goes_through() {
     assert!(totals.sweeps > 100 && totals.compared > 10, "{totals:?}");
     let ledger = done.ledger.total();
     println!("{ledger:?} {totals:?}");
+    let closure = done.ledger.closure();
+    assert!(closure < 1e-3, "the energy does not add up: {closure:e}");
 }
 
 /// An L turns freely: its angular momentum stays, and so does its energy, whatever axes it was written in.

@@ -25,7 +25,11 @@ impl std::fmt::Display for StlError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::NotStl { bytes, promised: Some(promised) } => {
-                write!(f, "no STL file: its header promises {promised} bytes, it has {bytes}")
+                let cut = "it is cut short, or no STL at all under that name";
+                write!(
+                    f,
+                    "no STL file: read as a binary one its header promises {promised} bytes, it has {bytes}; {cut}"
+                )
             }
             Self::NotStl { bytes, .. } => write!(f, "no STL file: {bytes} bytes that do not begin with `solid`"),
             Self::Unexpected { line, found, wanted } => write!(f, "line {line}: `{found}` where {wanted} belongs"),

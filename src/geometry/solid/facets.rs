@@ -1,5 +1,6 @@
 //! The triangles of a closed surface in a tree of boxes: nearest place, farthest place and whatever else a bound by boxes
-//! can cut short. Every look is exact; the tree only leaves out what cannot matter.
+//! can cut short. Every look is exact, and the tree only leaves out what cannot matter: to
+//! the rounding, for the farthest place a corner that is ahead by less than 10⁻¹² of the way may be left out.
 
 use glam::DVec3;
 

@@ -208,13 +208,18 @@ pub(super) struct Formed {
 impl Formed {
     fn of(what: String, body: Polyhedron, mass: &MassProperties) -> Self {
         let form = if body.is_convex() { "convex" } else { "not convex" };
-        let (triangles, [x, y, z]) = (body.mesh().triangles.len(), (mass.centre * 1e3).to_array());
+        let (triangles, [x, y, z]) = (body.mesh().triangles.len(), (mass.centre * 1e3).to_array().map(printed));
         let told = format!(
             "{what}: {triangles} triangles, {form}, {:.6e} m^3, centre of mass at [{x:.6}, {y:.6}, {z:.6}] mm of its own axes",
             mass.volume
         );
         Self { solid: Solid::Polyhedron(body), axes: mass.axes, told }
     }
+}
+
+/// A number as six places show it, without a minus before zero.
+fn printed(x: f64) -> f64 {
+    if x.abs() < 0.5e-6 { 0.0 } else { x }
 }
 
 /// How a surface is mended.
@@ -231,7 +236,9 @@ fn advice(error: &MeshError) -> &'static str {
         MeshError::Shared { .. } | MeshError::Pinched { .. } => {
             "Bodies that touch along a side or in a point are written as bodies of their own, or made one with a wall between."
         }
-        MeshError::Crossing { .. } => "Unite what overlaps into one surface before the file is written.",
+        MeshError::Crossing { .. } => {
+            "Unite what overlaps, covers or holds the other into one surface before the file is written."
+        }
         MeshError::Empty | MeshError::BadVertex { .. } | MeshError::Flat => "The file needs triangles with an area.",
     }
 }

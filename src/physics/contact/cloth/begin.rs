@@ -174,10 +174,10 @@ impl ClothContact {
             let pose = Pose { position: bodies.position[b], turn: bodies.turn[b] };
             self.courses.push(course(pose, DVec3::ZERO, DVec3::ZERO, DVec3::ZERO, self.radii[b], 0.0));
         }
-        let (mut rows, mut deepest) = (Vec::new(), None::<Tangle>);
+        let (mut rows, mut lower, mut deepest) = (Vec::new(), Vec::new(), None::<Tangle>);
         self.each_body_pair(bodies, |pair, skeletons| {
             rows.clear();
-            pair.rows(skeletons, &mut rows);
+            pair.rows(skeletons, &mut lower, &mut rows);
             let least = SAME * pair.bodies.map(|b| self.radii[b as usize]).into_iter().fold(f64::INFINITY, f64::min);
             for row in &rows {
                 let depth = -(row.gap + self.settings.margin);

@@ -104,6 +104,8 @@ pub struct ClothContact {
     /// Rows as they were found, and the order of their features.
     unsorted: Vec<Row>,
     order: Vec<u128>,
+    /// Bounds of a body's points against another, m.
+    lower: Vec<f64>,
     /// Rows whose demands contradict each other.
     jammed: Vec<u32>,
     room: Vec<narrow::Room>,
@@ -160,6 +162,7 @@ impl ClothContact {
             place_of: vec![0; features.nodes],
             rows: Vec::new(),
             unsorted: Vec::new(),
+            lower: Vec::new(),
             order: Vec::new(),
             jammed: Vec::new(),
             room: Vec::new(),

@@ -159,7 +159,9 @@ impl BodyMeet<'_> {
     }
 
     /// Rows of both skeletons at the start of the step.
-    pub fn rows(&self, skeletons: [&Skeleton; 2], out: &mut Vec<Row>) {
+    ///
+    /// `lower` is room for a bound of each point's distance.
+    pub fn rows(&self, skeletons: [&Skeleton; 2], lower: &mut Vec<f64>, out: &mut Vec<Row>) {
         let reach = self.closing() + self.margin + self.floor;
         let first = out.len();
         for host in 0..2 {
@@ -181,17 +183,26 @@ impl BodyMeet<'_> {
                     out.push(self.row(feature, pose.turn * normal * sign, gap, place));
                 }
             };
+            lower.clear();
             for k in 0..skeleton.points.len() {
                 let p = local(k as u32);
                 // Within the ball around the host it may be near.
                 if p.length_squared() > far * far {
+                    lower.push(p.length() - self.courses[host].radius);
                     continue;
                 }
                 let near = solid.near(p);
+                lower.push(near.distance);
                 add(k, p, near.distance, near.normal);
             }
             for (k, &[i, j]) in skeleton.segments.iter().enumerate() {
                 let (p, q) = (local(i), local(j));
+                // No distance changes by more than the way: s along a side of length l it is at least d_i - s and at least
+                // d_j - (l - s), so at least their mean.
+                let least = 0.5 * (lower[i as usize] + lower[j as usize] - p.distance(q));
+                if least - skeleton.radius > reach {
+                    continue;
+                }
                 let near = segment_contact(p, q, solid);
                 let ends = solid.signed_distance(p).min(solid.signed_distance(q));
                 if near.t > 0.0 && near.t < 1.0 && near.distance < ends - 1e-9 * self.courses[guest].radius {

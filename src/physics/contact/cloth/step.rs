@@ -254,7 +254,9 @@ impl ClothContact {
             stats.tests += scene.rows_near(near, &mut found, &mut rows, parallel);
         }
         (self.nearby, self.found) = (nearby, found);
-        self.each_body_pair(bodies, |pair, skeletons| pair.rows(skeletons, &mut rows));
+        let mut lower = std::mem::take(&mut self.lower);
+        self.each_body_pair(bodies, |pair, skeletons| pair.rows(skeletons, &mut lower, &mut rows));
+        self.lower = lower;
         self.take_sorted(&rows);
         self.unsorted = rows;
         stats.deepest = self.rows.iter().map(|row| -row.gap).fold(0.0, f64::max);
