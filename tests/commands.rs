@@ -153,3 +153,36 @@ fn one_of_an_indexed_case_can_be_asked_for() {
     assert!(err(&beyond).contains("they are shot[0] to shot[1]; `--case shot` runs all 2"), "{}", err(&beyond));
     assert!(err(&plan("alone[0]")).contains("the case `alone` has no index: write `--case alone`"));
 }
+
+/// A run that is interrupted after less than a second leaves a checkpoint, and `--resume` takes it to its end.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_can_go_on() {
+    let folder = Folder::new("interrupt");
+    let scene = "cord wire { linear_density = 1 g/m; stiffness = 1 kN }
+line rope { cord = wire; between = [[0, 0, 0] m, [1, 0, 0] m]; cell = 0.1 m }
+fix hook { what = rope.tips[0] }
+run swing { duration = 3 s; step = 5 us }
+";
+    std::fs::write(folder.0.join("swing.weave"), scene).unwrap();
+    let mut running = Command::new(env!("CARGO_BIN_EXE_ripstop"))
+        .args(["run", "swing.weave", "--out", "out", "--quiet"])
+        .current_dir(&folder.0)
+        .stderr(Stdio::piped())
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    // The plan is written just before the run begins.
+    while !folder.0.join("out/plan.json").exists() {
+        assert!(running.try_wait().unwrap().is_none(), "it ended before it began");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    std::thread::sleep(std::time::Duration::from_millis(100));
+    Command::new("kill").args(["-INT", &running.id().to_string()]).status().unwrap();
+    let stopped = running.wait_with_output().unwrap();
+    assert!(err(&stopped).contains("W0904"), "{}", err(&stopped));
+    assert!(folder.0.join("out/checkpoint.json").exists(), "no checkpoint");
+    let resumed = ripstop(&["run", "swing.weave", "--out", "out", "--quiet", "--resume"], &folder.0);
+    assert_eq!(resumed.status.code(), Some(0), "{}", err(&resumed));
+    assert!(out(&resumed).contains("in 600 000 steps"), "{}", out(&resumed));
+}

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::backend::cpu::{self, Inputs, Refusal, RunOptions};
-use crate::backend::{HaltReason, Outcome, State};
+use crate::backend::{HaltReason, Observer, Outcome, State};
 use crate::diagnostics::{Diagnostic, Severity, Sources};
 use crate::oracle::{Settings, Verifier};
 use crate::plan::{self, MakeOptions, Op, Plan, Quantity, told};
@@ -107,6 +107,10 @@ fn run_case(
         verify: if verify { Some(&mut look) } else { None },
     };
     let outcome = cpu::run(plan, inputs, options, &mut recorder).map_err(|refusal| refused(sources, plan, &refusal))?;
+    if outcome.halt.is_some() {
+        // However early it was stopped, there is something to go on from.
+        recorder.checkpoint(&outcome.state);
+    }
     let summary = recorder.finish(&outcome, verifier.totals())?;
     diagnostics.extend(verdict::of_start(sources, plan, &outcome));
     diagnostics.extend(verifier.totals().and_then(|totals| verdict::of_oracle(sources, plan, &outcome, totals)));

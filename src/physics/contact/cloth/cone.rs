@@ -77,8 +77,8 @@ impl Cone {
             return other;
         }
         // The narrowest cone leans to the wider one, by half of what that is wider.
-        let lean = if chord > 0.0 { 0.5 * (self.angle - other.angle) / chord } else { 0.0 };
-        let axis = (0.5 * (self.axis + other.axis) + lean * across).normalize_or(self.axis);
+        let shift = if chord > 0.0 { 0.5 * (self.angle - other.angle) / chord } else { 0.0 };
+        let axis = (0.5 * (self.axis + other.axis) + shift * across).normalize_or(self.axis);
         let angle = |of: &Self| angle_over((axis - of.axis).length()) + of.angle;
         Self { axis, angle: angle(&self).max(angle(&other)) }
     }
@@ -130,9 +130,9 @@ impl Cone {
             return Self::NONE;
         }
         // Squares of the tangents of their angles with the axis.
-        let lean = |k: usize| (normals[k].length_squared() / (along[k] * along[k]) - 1.0).max(0.0);
-        let lean = lean(0).max(lean(1)).max(lean(2)).sqrt();
-        Self { axis, angle: angle_of(lean) + 2.0 * radius / least }
+        let square = |k: usize| (normals[k].length_squared() / (along[k] * along[k]) - 1.0).max(0.0);
+        let tangent = square(0).max(square(1)).max(square(2)).sqrt();
+        Self { axis, angle: angle_of(tangent) + 2.0 * radius / least }
     }
 }
 
